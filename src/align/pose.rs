@@ -1,0 +1,71 @@
+//! What an alignment tells.
+
+use crate::geometry::{CadFromScan, Point3, UnitVector3, Vector3};
+use crate::plan::Side;
+
+/// The robust best fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BestFit {
+    /// The pose.
+    pub cad_from_scan: CadFromScan,
+    /// The side seen; `None` when it cannot be told and does not matter.
+    pub side: Option<Side>,
+    /// The face that the points were registered to (top when `side` is `None`).
+    pub face: Side,
+    /// Robust rms of the inliers' distances.
+    pub rms_mm: f64,
+    /// Inliers / kept points looked at.
+    pub inlier_ratio: f64,
+    /// Cost of the best distinct pose over the cost of the chosen one.
+    pub margin: f64,
+    /// The margin below which a scan is refused.
+    pub margin_limit: f64,
+    /// Start poses tried.
+    pub poses_tried: usize,
+    /// Direction towards the camera, scan frame, when known.
+    pub to_camera_scan: Option<UnitVector3>,
+}
+
+/// A datum feature as found, CAD frame, on the CAD's own face, in the final alignment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredFeature {
+    /// Its name.
+    pub name: String,
+    /// `hole`, `slot` or `surface`.
+    pub kind: &'static str,
+    /// Which motions it fixes, in words.
+    pub fixes: String,
+    /// Centre or position.
+    pub centre: Point3,
+    /// Sheet normal (hole, slot) or direction (surface).
+    pub axis: Vector3,
+    /// Long axis of a slot.
+    pub direction: Option<Vector3>,
+    /// Hole: diameter. Slot: width.
+    pub diameter_mm: Option<f64>,
+    /// Slot: overall length.
+    pub length_mm: Option<f64>,
+    /// Nominal diameter or width.
+    pub nominal_diameter_mm: Option<f64>,
+    /// Nominal length.
+    pub nominal_length_mm: Option<f64>,
+    /// Points used by the fit.
+    pub points_used: usize,
+    /// Residual scale of the fit.
+    pub rms_mm: f64,
+}
+
+/// The alignment to which all deviations refer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeatureAlignment {
+    /// `features`, `rps` or `best_fit`.
+    pub method: &'static str,
+    /// The pose.
+    pub cad_from_scan: CadFromScan,
+    /// A datum feature could not be measured: the pose is only the best fit and nothing is judged in it.
+    pub degraded: bool,
+    /// Why it is degraded.
+    pub reason: Option<String>,
+    /// Datum features that were measured.
+    pub features: Vec<MeasuredFeature>,
+}

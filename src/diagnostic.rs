@@ -1,0 +1,156 @@
+//! Messages for people: what was found, where, what was expected, and what to do next.
+
+use crate::run::Cancelled;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// How much a message weighs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The work can go on, but somebody should look.
+    Warning,
+    /// The work cannot be done.
+    Error,
+}
+
+/// One message with its place and, where we know one, the next step.
+///
+/// Printed as `error: FILE:LINE: message` and a second line `help: ...`. The words start in lower case and end without
+/// a full stop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Error or warning.
+    pub severity: Severity,
+    /// The file concerned.
+    pub file: Option<PathBuf>,
+    /// Line in that file, from 1.
+    pub line: Option<usize>,
+    /// What was found and what was expected.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error without a place yet.
+    pub fn error(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Error, file: None, line: None, message: message.into(), help: None }
+    }
+
+    /// A warning without a place yet.
+    pub fn warning(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(message) }
+    }
+
+    /// Attaches the file, unless one is known already: the innermost place is the most telling one.
+    #[must_use]
+    pub fn in_file(mut self, file: &Path) -> Self {
+        self.file.get_or_insert_with(|| file.to_path_buf());
+        self
+    }
+
+    /// Attaches the line, from 1.
+    #[must_use]
+    pub fn at_line(mut self, line: usize) -> Self {
+        self.line = Some(line);
+        self
+    }
+
+    /// Attaches the next step.
+    #[must_use]
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.severity {
+            Severity::Error => write!(f, "error: ")?,
+            Severity::Warning => write!(f, "warning: ")?,
+        }
+        if let Some(file) = &self.file {
+            write!(f, "{}:", file.display())?;
+            if let Some(line) = self.line {
+                write!(f, "{line}:")?;
+            }
+            write!(f, " ")?;
+        }
+        write!(f, "{}", self.message)?;
+        if let Some(help) = &self.help {
+            write!(f, "\nhelp: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+
+/// Why a scan was not measured.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+pub struct Refusal {
+    /// What was found.
+    pub reason: String,
+    /// What to do.
+    pub help: String,
+}
+
+impl Refusal {
+    /// A refusal with its reason and its help.
+    pub fn new(reason: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { reason: reason.into(), help: help.into() }
+    }
+}
+
+/// Why a computation came back without its result.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Stop {
+    /// The scan cannot be measured; that is a result, with a reason.
+    #[error("{0}")]
+    Refused(#[from] Refusal),
+    /// Somebody cancelled the job.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Why a file could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ReadError {
+    /// The file is at fault.
+    #[error("{0}")]
+    Bad(Box<Diagnostic>),
+    /// Somebody cancelled the job.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<Diagnostic> for ReadError {
+    fn from(diagnostic: Diagnostic) -> Self {
+        ReadError::Bad(Box::new(diagnostic))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prints_place_message_and_help() {
+        let d = Diagnostic::error("direction has length 0, expected a unit vector")
+            .in_file(Path::new("plan.toml"))
+            .at_line(41)
+            .with_help("give a direction such as [0, 0, 1]");
+        assert_eq!(
+            d.to_string(),
+            "error: plan.toml:41: direction has length 0, expected a unit vector\nhelp: give a direction such as [0, 0, 1]"
+        );
+    }
+
+    #[test]
+    fn the_innermost_file_wins() {
+        let d = Diagnostic::warning("odd").in_file(Path::new("inner")).in_file(Path::new("outer"));
+        assert_eq!(d.file.as_deref(), Some(Path::new("inner")));
+    }
+}

@@ -1,0 +1,1 @@
+//! Features measured from the points near their nominal place.

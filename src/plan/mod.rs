@@ -1,0 +1,5 @@
+//! The inspection plan: as written, checked, all problems told together.
+
+pub mod model;
+
+pub use model::*;

@@ -1,0 +1,75 @@
+//! A cloud with a class for every point: nothing is thrown away, so that the window can show what was removed.
+
+use crate::geometry::{Point3, PointCloud, UnitVector3};
+use serde::{Deserialize, Serialize};
+
+/// How many points each filter took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Removed {
+    /// NaN or infinite in the file.
+    pub invalid: usize,
+    /// On or below the belt plane.
+    pub belt: usize,
+    /// Of the belt's colour.
+    pub colour: usize,
+    /// Too dark.
+    pub dark: usize,
+    /// Far from the component that is the part (noise, other things in view).
+    pub stray: usize,
+}
+
+/// What a point was taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum PointClass {
+    /// Part, as far as the filters can tell.
+    Kept,
+    /// On or below the belt plane.
+    Belt,
+    /// Of the belt's colour.
+    Colour,
+    /// Too dark.
+    Dark,
+    /// Far from the component that is the part.
+    Stray,
+}
+
+/// The belt as fitted, scan frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeltPlane {
+    /// A point on it (the centroid of its inliers).
+    pub point: Point3,
+    /// Its normal, towards the camera.
+    pub normal: UnitVector3,
+    /// Robust standard deviation of its points about it, mm.
+    pub sigma_mm: f64,
+}
+
+impl BeltPlane {
+    /// Height above the belt in mm, towards the camera positive.
+    pub fn height_mm(&self, point_scan: &Point3) -> f64 {
+        (point_scan - self.point).dot(&self.normal)
+    }
+}
+
+/// A cloud ready for alignment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConditionedScan {
+    /// All points, scan frame.
+    pub cloud: PointCloud,
+    /// One class a point.
+    pub classes: Vec<PointClass>,
+    /// Indices of the kept points, ascending.
+    pub kept: Vec<u32>,
+    /// What the filters took.
+    pub removed: Removed,
+    /// The belt, when one is in view.
+    pub belt: Option<BeltPlane>,
+    /// From the part towards the camera, scan frame: minus the plan's view direction, else the belt's normal. `None` when
+    /// neither is there.
+    pub to_camera: Option<UnitVector3>,
+    /// Typical distance between neighbouring kept points: 1 / sqrt(points per mm²), mm.
+    pub spacing_mm: f64,
+    /// What somebody should know.
+    pub warnings: Vec<String>,
+}
