@@ -121,6 +121,9 @@ pub enum ReadError {
     /// The file is at fault.
     #[error("{0}")]
     Bad(Box<Diagnostic>),
+    /// The file ends in the middle: it may still be being written.
+    #[error("{0}")]
+    CutOff(Box<Diagnostic>),
     /// Somebody cancelled the job.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
