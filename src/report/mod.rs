@@ -1,1 +1,19 @@
-//! report
+//! One result, many printers: JSON, ASCII, CSV, PLY and PDF of the same `InspectionResult`; nothing is measured here.
+//!
+//! Every printer is a plain function of the result, without clock, thread count or folder: the same result gives the same
+//! bytes. [`atomic`] puts them on the disk, [`sequence`] and [`manifest`] tell of all scans of a folder.
+
+pub mod ascii;
+pub mod atomic;
+pub mod csv;
+#[cfg(test)]
+pub mod example;
+pub mod json;
+mod json_layout;
+pub mod manifest;
+pub mod sequence;
+pub mod words;
+
+pub use ascii::ascii;
+pub use csv::csv;
+pub use json::json;

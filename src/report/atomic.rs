@@ -1,0 +1,100 @@
+//! Files that appear whole or not at all.
+
+use crate::diagnostic::Diagnostic;
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+
+/// Writes a file so that no reader ever sees half of it: a temporary file in the same folder, forced to the disk, then
+/// renamed over the target. On failure the target is as before and nothing is left behind.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
+    try_write(path, bytes).map_err(|error| in_words(path, &error))
+}
+
+fn try_write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if path.is_dir() {
+        return Err(io::Error::from(ErrorKind::IsADirectory));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".shapeline-").suffix(".part");
+    #[cfg(unix)]
+    {
+        // A temporary file is private by default; a report is as readable as any file the user makes.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|error| error.error)?;
+    #[cfg(unix)]
+    std::fs::File::open(folder)?.sync_all()?;
+    Ok(())
+}
+
+/// Why a file could not be written, with what to do.
+fn in_words(path: &Path, error: &io::Error) -> Diagnostic {
+    let (message, help) = match error.kind() {
+        ErrorKind::NotFound | ErrorKind::NotADirectory => {
+            ("cannot write, the folder does not exist".to_owned(), "make the folder, or give another one with --out")
+        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => (
+            "cannot write, the folder or the file is read-only".to_owned(),
+            "allow writing there, or give another folder with --out",
+        ),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            ("cannot write, the disk is full".to_owned(), "make room, or give another folder with --out")
+        }
+        ErrorKind::IsADirectory => {
+            ("cannot write, a folder has this name".to_owned(), "rename the folder, or give another one with --out")
+        }
+        ErrorKind::InvalidFilename => ("cannot write, the name is too long".to_owned(), "give the scan a shorter name"),
+        _ => (format!("cannot write: {error}"), "look whether the folder can be reached, then run again"),
+    };
+    Diagnostic::error(message).in_file(path).with_help(help)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn replaces_the_whole_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("0007.json");
+        write(&path, b"first, and longer").unwrap();
+        write(&path, b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn failure_says_why_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = write(&folder.path().join("no/0007.json"), b"x").unwrap_err();
+        assert!(missing.message.contains("folder does not exist"), "{missing}");
+
+        // A folder stands where the file should go: the rename cannot succeed.
+        let taken = folder.path().join("0008.json");
+        fs::create_dir(&taken).unwrap();
+        let refused = write(&taken, b"x").unwrap_err();
+        assert!(refused.message.contains("a folder has this name"), "{refused}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        assert!(refused.help.is_some());
+
+        let long = write(&folder.path().join("n".repeat(300)), b"x").unwrap_err();
+        assert!(long.message.contains("too long"), "{long}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn full_and_read_only_have_their_own_words() {
+        let words = |kind: ErrorKind| in_words(Path::new("x"), &io::Error::from(kind)).message;
+        assert!(words(ErrorKind::StorageFull).contains("disk is full"));
+        assert!(words(ErrorKind::PermissionDenied).contains("read-only"));
+    }
+}

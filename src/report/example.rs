@@ -1,0 +1,202 @@
+//! Results made up for the tests of this module: the bracket of the design pictures and its odd relatives.
+
+use crate::align::{BestFit, FeatureAlignment, MeasuredFeature};
+use crate::diagnostic::Refusal;
+use crate::geometry::{CadFromScan, Isometry3, Point3, Vector3};
+use crate::inspect::*;
+use crate::plan::{AlignmentMethod, Side, SlotReading};
+use crate::scan::Removed;
+
+/// The measured part of a result that is known to be one.
+pub fn inspection(result: &InspectionResult) -> &Inspection {
+    match &result.outcome {
+        Outcome::Measured(inspection) => inspection,
+        Outcome::Refused(refusal) => panic!("refused: {refusal}"),
+    }
+}
+
+/// The same, to be changed.
+pub fn inspection_mut(result: &mut InspectionResult) -> &mut Inspection {
+    match &mut result.outcome {
+        Outcome::Measured(inspection) => inspection,
+        Outcome::Refused(refusal) => panic!("refused: {refusal}"),
+    }
+}
+
+/// A pose that is neither the identity nor its own inverse.
+pub fn pose() -> CadFromScan {
+    CadFromScan::new(Isometry3::new(Vector3::new(12.5, -3.25, 500.0), Vector3::new(0.3, -0.2, 1.1)))
+}
+
+type Row = (&'static str, &'static str, [f64; 3], Option<f64>, f64, f64, Verdict, usize);
+
+const ROWS: &[Row] = &[
+    ("P01", "surface", [-60.0, 30.0, 5.416], Some(-0.120), 0.5, 0.019, Verdict::Pass, 387),
+    ("P02", "surface", [-60.0, -34.0, 1.664], Some(-0.438), 0.5, 0.024, Verdict::Pass, 419),
+    ("P03", "surface", [-2.0, -40.0, 2.59], Some(-0.490), 0.5, 0.017, Verdict::Undecided, 431),
+    ("P05", "surface", [40.0, 14.0, 2.517], Some(-0.404), 0.5, 0.023, Verdict::Pass, 442),
+    ("P08", "surface", [-40.0, -66.0, 1.004], Some(-0.579), 0.5, 0.023, Verdict::Fail, 444),
+    ("P09", "surface", [84.0, 30.0, 0.314], Some(0.336), 0.5, 0.018, Verdict::Pass, 418),
+    ("E02", "edge", [109.0, -6.0, -1.7], Some(-0.523), 0.7, 0.049, Verdict::Pass, 167),
+    ("E03", "edge", [-34.0, -92.0, 7.7], Some(-0.958), 0.7, 0.054, Verdict::Fail, 150),
+    ("E05", "edge", [-107.8, 10.0, -0.2], None, 0.7, 0.0, Verdict::NotMeasured, 11),
+    ("C01", "hole", [14.0, 70.0, 7.421], Some(-0.041), 0.3, 0.031, Verdict::Pass, 228),
+    ("C04", "hole", [97.3, 18.0, -1.9], Some(-0.320), 0.3, 0.029, Verdict::Undecided, 248),
+];
+
+fn point(row: &Row) -> PointResult {
+    let &(name, kind, at, deviation, limit, uncertainty, verdict, points_used) = row;
+    let nominal = Point3::from(at);
+    let direction = if kind == "surface" { Vector3::z() } else { Vector3::new(0.6, 0.8, 0.0) };
+    PointResult {
+        name: name.to_owned(),
+        kind,
+        nominal,
+        direction,
+        lower_mm: -limit,
+        upper_mm: limit,
+        verdict,
+        reason: deviation.is_none().then(|| "too few points: sheet cannot be told from the belt".to_owned()),
+        points_used,
+        measurement: deviation.map(|deviation_mm| Measurement {
+            measured: nominal + direction * deviation_mm,
+            deviation_mm,
+            uncertainty_mm: uncertainty,
+            rms_mm: 0.05,
+            hole: (kind == "hole").then(|| HoleMeasurement {
+                position_mm: 2.0 * deviation_mm.abs(),
+                delta_mm: direction * deviation_mm,
+                diameter_mm: 20.031,
+                diameter_deviation_mm: 0.031,
+            }),
+        }),
+    }
+}
+
+/// A failed bracket with every verdict and every kind in it.
+pub fn bracket() -> InspectionResult {
+    let feature =
+        |name: &str, kind, fixes: &str, centre: [f64; 3], size: Option<(f64, f64)>, length: Option<(f64, f64)>| {
+            MeasuredFeature {
+                name: name.to_owned(),
+                kind,
+                fixes: fixes.to_owned(),
+                centre: Point3::from(centre),
+                axis: Vector3::z(),
+                direction: (kind == "slot").then(Vector3::x),
+                diameter_mm: size.map(|s| s.0),
+                nominal_diameter_mm: size.map(|s| s.1),
+                length_mm: length.map(|l| l.0),
+                nominal_length_mm: length.map(|l| l.1),
+                points_used: 212,
+                rms_mm: 0.061,
+            }
+        };
+    let features = vec![
+        feature("H1", "hole", "three translations", [-76.0, 56.0, 5.23], Some((16.031, 16.0)), None),
+        feature("S1", "slot", "two rotations", [72.0, -54.0, 0.257], Some((9.027, 9.0)), Some((30.044, 30.0))),
+        feature("A1", "surface", "one rotation", [10.0, 44.0, 4.269], None, None),
+    ];
+    InspectionResult {
+        identity: Identity {
+            part_name: "Bracket RH".into(),
+            part_number: "4711-02".into(),
+            part_revision: "C".into(),
+            plan_file: "bracket_rh.toml".into(),
+            plan_sha256: "64879f7d6b960a01909762d911a32d4582c20010c5641ee90278b644a9e3b525".into(),
+            cad_file: "bracket.stl".into(),
+            cad_sha256: "2afe5e26e9c8cbec2eab056f3b79013cbef3b4b38f5cc51a84a64103ecb720ad".into(),
+            cad_triangles: 184_212,
+            scan_file: "0017.ply".into(),
+            scan_sha256: Some("59ad1b2fc74287ded1bba7af67765d23ad4a49f1ae51902cc2ed3f8ebee96cfa".into()),
+            scan_taken: None,
+        },
+        outcome: Outcome::Measured(Box::new(Inspection {
+            points_read: 2_000_000,
+            points_kept: 1_313_042,
+            removed: Removed { invalid: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 },
+            verdict: Verdict::Fail,
+            best_fit: BestFit {
+                cad_from_scan: pose(),
+                side: Some(Side::Top),
+                face: Side::Top,
+                rms_mm: 0.112,
+                inlier_ratio: 0.97,
+                margin: 4.2,
+                margin_limit: 1.5,
+                poses_tried: 48,
+                to_camera_scan: None,
+            },
+            alignment: FeatureAlignment {
+                method: "features",
+                cad_from_scan: pose(),
+                degraded: false,
+                reason: None,
+                features,
+            },
+            points: ROWS.iter().map(point).collect(),
+            map: DeviationMap {
+                statistics: MapStatistics {
+                    points: 1_313_042,
+                    mean_mm: -0.061,
+                    rms_mm: 0.309,
+                    p05_mm: -0.571,
+                    p95_mm: 0.417,
+                    within_range_ratio: 0.9996,
+                    past_edge: 1204,
+                    far: 17,
+                },
+                ..DeviationMap::default()
+            },
+            warnings: Vec::new(),
+        })),
+        map_range_mm: 1.0,
+        method: AlignmentMethod::Features { hole: 0, slot: 1, slot_reading: SlotReading::CentreLine, point: 2 },
+    }
+}
+
+/// The same part with every point in tolerance.
+pub fn pass() -> InspectionResult {
+    let mut result = bracket();
+    let inspection = inspection_mut(&mut result);
+    inspection.verdict = Verdict::Pass;
+    for p in &mut inspection.points {
+        p.verdict = Verdict::Pass;
+        p.reason = None;
+        let template = point(&ROWS[0]).measurement;
+        p.measurement = p.measurement.take().or(template);
+        if let Some(m) = &mut p.measurement {
+            m.deviation_mm *= 0.3;
+        }
+    }
+    result
+}
+
+/// The same part with a datum that could not be measured.
+pub fn degraded() -> InspectionResult {
+    let mut result = bracket();
+    let inspection = inspection_mut(&mut result);
+    inspection.verdict = Verdict::NotMeasured;
+    inspection.alignment.method = "best_fit";
+    inspection.alignment.degraded = true;
+    inspection.alignment.reason = Some("datum S1 not measured: 9 points on the rim, 40 are needed".into());
+    inspection.alignment.features.remove(1);
+    inspection.warnings.push("the belt is in view in less than a tenth of the picture".into());
+    for p in &mut inspection.points {
+        p.verdict = Verdict::NotMeasured;
+        p.reason = Some("datum S1 not measured".into());
+        p.measurement = None;
+    }
+    result
+}
+
+/// A scan that could not be measured.
+pub fn refused() -> InspectionResult {
+    let mut result = bracket();
+    result.identity.scan_sha256 = None;
+    result.outcome = Outcome::Refused(Refusal::new(
+        "the scan is cut off after 1,204,331 of 2,000,000 points",
+        "copy it again; the sequence goes on",
+    ));
+    result
+}
