@@ -1,1 +1,12 @@
-//! simulate
+//! Synthetic truth: parts whose shape is known, a measuring rig, and scans with the exact answer beside them.
+//!
+//! Used by the demo, by tests and by `shapeline simulate`. It samples meshes and casts rays; it shares no formula with
+//! `fit`, so that no estimator can be tuned to it.
+
+pub mod blank;
+pub mod bracket;
+pub mod forming;
+pub mod part;
+
+pub use bracket::{BracketParameters, bracket};
+pub use part::SyntheticPart;
