@@ -285,9 +285,22 @@ mod tests {
 
     #[test]
     fn area_is_outline_minus_openings() {
-        let outline = filleted(&[Corner::new(-50.0, -30.0, 5.0), Corner::new(50.0, -30.0, 0.0), Corner::new(50.0, 30.0, 8.0), Corner::new(-50.0, 30.0, 3.0)], 1e-4);
+        let outline = filleted(
+            &[
+                Corner::new(-50.0, -30.0, 5.0),
+                Corner::new(50.0, -30.0, 0.0),
+                Corner::new(50.0, 30.0, 8.0),
+                Corner::new(-50.0, 30.0, 3.0),
+            ],
+            1e-4,
+        );
         let hole = Opening::Hole { centre: Uv::new(-20.0, 0.0), diameter_mm: 16.0 };
-        let slot = Opening::Slot { centre: Uv::new(20.0, 0.0), direction: UvVector::new(0.6, 0.8), length_mm: 30.0, width_mm: 9.0 };
+        let slot = Opening::Slot {
+            centre: Uv::new(20.0, 0.0),
+            direction: UvVector::new(0.6, 0.8),
+            length_mm: 30.0,
+            width_mm: 9.0,
+        };
         let rims = [subdivided(&outline, |_| 2.0), hole.rim(1e-4), slot.rim(1e-4)];
         let flat = triangulate(&rims, &square_lattice(Uv::new(-60.0, -40.0), Uv::new(60.0, 40.0), 2.0)).unwrap();
         let mesh = flat.mapped(|q| crate::geometry::Point3::new(q.x, q.y, 0.0));
@@ -300,9 +313,16 @@ mod tests {
 
     #[test]
     fn moved_side_moves_its_line_only() {
-        let square = [Corner::new(0.0, 0.0, 1.0), Corner::new(10.0, 0.0, 1.0), Corner::new(10.0, 10.0, 1.0), Corner::new(0.0, 10.0, 1.0)];
+        let square = [
+            Corner::new(0.0, 0.0, 1.0),
+            Corner::new(10.0, 0.0, 1.0),
+            Corner::new(10.0, 10.0, 1.0),
+            Corner::new(0.0, 10.0, 1.0),
+        ];
         let moved = with_sides_moved(&square, &[(1, 0.5)]);
-        assert!((moved[1].at - Uv::new(10.5, 0.0)).norm() < 1e-12 && (moved[2].at - Uv::new(10.5, 10.0)).norm() < 1e-12);
+        assert!(
+            (moved[1].at - Uv::new(10.5, 0.0)).norm() < 1e-12 && (moved[2].at - Uv::new(10.5, 10.0)).norm() < 1e-12
+        );
         assert!((moved[0].at - square[0].at).norm() < 1e-12 && (moved[3].at - square[3].at).norm() < 1e-12);
     }
 }

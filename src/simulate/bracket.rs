@@ -61,8 +61,11 @@ pub fn bracket(parameters: &BracketParameters) -> SyntheticPart {
     let forming = forming(parameters.flange_angles_rad);
     let corners = with_sides_moved(&corners(&forming.flanges), &moved_sides(parameters));
     let openings = openings(&forming.flanges, parameters);
-    let flat = triangulate(&rims(&corners, &openings, &forming, parameters.spacing_mm), &lattice(&forming, parameters.spacing_mm))
-        .expect("the bracket's rims keep away from each other for shifts of a few mm");
+    let flat = triangulate(
+        &rims(&corners, &openings, &forming, parameters.spacing_mm),
+        &lattice(&forming, parameters.spacing_mm),
+    )
+    .expect("the bracket's rims keep away from each other for shifts of a few mm");
     let mut part = SyntheticPart::form("bracket", &flat, &forming, THICKNESS_MM);
     add_points(&mut part, &forming, &corners, &openings);
     part
@@ -78,11 +81,8 @@ fn forming(change_rad: [f64; 3]) -> Forming {
         let nominal = degrees.to_radians();
         ProfilePiece { length_mm: nominal.abs() * radius_mm, turn_rad: nominal + change }
     };
-    let foot = vec![
-        bend(-50.0, change_rad[0], 4.0),
-        ProfilePiece { length_mm: 14.0, turn_rad: 0.0 },
-        bend(50.0, 0.0, 4.0),
-    ];
+    let foot =
+        vec![bend(-50.0, change_rad[0], 4.0), ProfilePiece { length_mm: 14.0, turn_rad: 0.0 }, bend(50.0, 0.0, 4.0)];
     let flanges = vec![
         Flange::new(78.0, std::f64::consts::PI, foot),
         Flange::new(88.0, 12f64.to_radians(), vec![bend(-35.0, change_rad[1], 4.0)]),
@@ -185,7 +185,8 @@ fn lattice(forming: &Forming, spacing_mm: f64) -> Vec<(Uv, f64)> {
             let steps = if piece.turn_rad == 0.0 {
                 (piece.length_mm / spacing_mm).ceil() as usize
             } else {
-                segments(piece.length_mm / piece.turn_rad.abs(), piece.turn_rad, 0.005).max((piece.length_mm / spacing_mm) as usize)
+                segments(piece.length_mm / piece.turn_rad.abs(), piece.turn_rad, 0.005)
+                    .max((piece.length_mm / spacing_mm) as usize)
             };
             rows.extend((1..=steps).map(|k| w + piece.length_mm * k as f64 / steps as f64));
             w += piece.length_mm;

@@ -112,7 +112,8 @@ mod tests {
 
     #[test]
     fn field_is_the_sum_of_its_causes() {
-        let dent = Displacement::Dent { centre: Point3::origin(), displacement: Vector3::new(0.0, 0.0, -0.5), sigma_mm: 4.0 };
+        let dent =
+            Displacement::Dent { centre: Point3::origin(), displacement: Vector3::new(0.0, 0.0, -0.5), sigma_mm: 4.0 };
         let springback = Displacement::Springback {
             line: Point3::new(10.0, 0.0, 0.0),
             towards: Vector3::x_axis(),

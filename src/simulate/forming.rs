@@ -57,25 +57,46 @@ impl Flange {
             hit
         })
     }
+}
 
-    /// Across and up, mm, at developed length `w`.
-    fn section(&self, w: f64) -> (f64, f64) {
-        let (mut across, mut up, mut angle, mut left) = (0.0, 0.0, 0.0f64, w);
-        for piece in &self.profile {
-            let length = left.min(piece.length_mm);
-            let turn = piece.turn_rad * length / piece.length_mm;
-            let middle = angle + 0.5 * turn;
-            let half = 0.5 * turn;
-            let chord = if half.abs() < 1e-9 { length } else { length * half.sin() / half };
-            across += chord * middle.cos();
-            up += chord * middle.sin();
-            angle += turn;
-            left -= length;
-            if left <= 0.0 {
-                return (across, up);
-            }
+/// Across and up, mm, at developed length `w` of a profile that starts level and goes on straight after its last piece.
+fn section(profile: &[ProfilePiece], w: f64) -> (f64, f64) {
+    let (mut across, mut up, mut angle, mut left) = (0.0, 0.0, 0.0f64, w);
+    for piece in profile {
+        let length = left.min(piece.length_mm);
+        let turn = piece.turn_rad * length / piece.length_mm;
+        let middle = angle + 0.5 * turn;
+        let half = 0.5 * turn;
+        let chord = if half.abs() < 1e-9 { length } else { length * half.sin() / half };
+        across += chord * middle.cos();
+        up += chord * middle.sin();
+        angle += turn;
+        left -= length;
+        if left <= 0.0 {
+            return (across, up);
         }
-        (across + left * angle.cos(), up + left * angle.sin())
+    }
+    (across + left * angle.cos(), up + left * angle.sin())
+}
+
+/// A round drawn part: a level bottom of a radius, then a profile outwards all around.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Revolved {
+    /// Radius of the level middle.
+    pub level_radius_mm: f64,
+    /// The profile from there on.
+    pub profile: Vec<ProfilePiece>,
+}
+
+impl FormedSheet for Revolved {
+    fn point(&self, q: &Uv) -> Point3 {
+        let radius = q.coords.norm();
+        if radius <= self.level_radius_mm {
+            return Point3::new(q.x, q.y, 0.0);
+        }
+        let (across, up) = section(&self.profile, radius - self.level_radius_mm);
+        let scale = (self.level_radius_mm + across) / radius;
+        Point3::new(q.x * scale, q.y * scale, up)
     }
 }
 
@@ -118,31 +139,38 @@ pub struct Forming {
     pub beads: Vec<Bead>,
 }
 
-impl Forming {
-    /// The place in space (CAD frame) of a place on the blank.
-    pub fn point(&self, q: &Uv) -> Point3 {
+/// A smooth map from the flat blank to the CAD face of the part.
+pub trait FormedSheet {
+    /// The place in space (CAD frame, mm) of a place on the blank.
+    fn point(&self, q: &Uv) -> Point3;
+
+    /// The direction in space of a direction on the blank, not normalised.
+    fn tangent(&self, q: &Uv, direction: UvVector) -> Vector3 {
+        let step = 1e-4;
+        (self.point(&(q + direction * step)) - self.point(&(q - direction * step))) / (2.0 * step)
+    }
+
+    /// The unit normal of the face at a place on the blank, on the upper side of the sheet.
+    fn normal(&self, q: &Uv) -> UnitVector3 {
+        UnitVector3::new_normalize(self.tangent(q, UvVector::x()).cross(&self.tangent(q, UvVector::y())))
+    }
+}
+
+impl FormedSheet for Forming {
+    fn point(&self, q: &Uv) -> Point3 {
         for flange in &self.flanges {
             let w = flange.beyond_mm(q);
             if w > 0.0 {
-                let (across, up) = flange.section(w);
+                let (across, up) = section(&flange.profile, w);
                 let foot = q - flange.outwards * (w - across);
                 return Point3::new(foot.x, foot.y, up);
             }
         }
         Point3::new(q.x, q.y, self.height(q))
     }
+}
 
-    /// The unit normal of the face at a place on the blank, on the upper side of the sheet.
-    pub fn normal(&self, q: &Uv) -> UnitVector3 {
-        UnitVector3::new_normalize(self.tangent(q, UvVector::x()).cross(&self.tangent(q, UvVector::y())))
-    }
-
-    /// The direction in space of a direction on the blank, not normalised.
-    pub fn tangent(&self, q: &Uv, direction: UvVector) -> Vector3 {
-        let step = 1e-4;
-        (self.point(&(q + direction * step)) - self.point(&(q - direction * step))) / (2.0 * step)
-    }
-
+impl Forming {
     /// Height of the base, mm.
     fn height(&self, q: &Uv) -> f64 {
         let mut height = self.crown(q);
@@ -190,7 +218,14 @@ mod tests {
                 ProfilePiece { length_mm: 5.0, turn_rad: 1.0 },
             ],
         );
-        let forming = Forming { crown_mm: 0.0, crown_centre: Uv::origin(), crown_width_mm: [1.0, 1.0], flanges: vec![flange.clone()], pads: vec![], beads: vec![] };
+        let forming = Forming {
+            crown_mm: 0.0,
+            crown_centre: Uv::origin(),
+            crown_width_mm: [1.0, 1.0],
+            flanges: vec![flange.clone()],
+            pads: vec![],
+            beads: vec![],
+        };
         let steps = 4000;
         let at = |k: usize| forming.point(&flange.place(3.0, -2.0 + 25.0 * k as f64 / steps as f64));
         let length: f64 = (0..steps).map(|k| (at(k + 1) - at(k)).norm()).sum();

@@ -5,8 +5,12 @@
 
 pub mod blank;
 pub mod bracket;
+pub mod displacement;
 pub mod forming;
 pub mod part;
+pub mod shapes;
 
 pub use bracket::{BracketParameters, bracket};
+pub use displacement::{Displacement, DisplacementField, draw_springback};
 pub use part::SyntheticPart;
+pub use shapes::{cover, rail, symmetric_plate};

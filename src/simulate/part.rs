@@ -1,11 +1,11 @@
 //! A synthetic part: its faces as meshes and the exact geometry of its features.
 
 use super::blank::{FlatMesh, Opening, Uv};
-use super::forming::Forming;
+use super::forming::FormedSheet;
 use crate::geometry::{LengthUnit, Mesh, Point3, UnitVector3};
 use crate::plan::{
-    AlignmentMethod, BackgroundSettings, CadSettings, CadSide, ComparisonPoint, Decision, Feature, Geometry, OutputFormat,
-    OutputSettings, PartInfo, Plan, ScanOrder, ScanSettings, SlotReading, Taken, UncertaintySettings,
+    AlignmentMethod, BackgroundSettings, CadSettings, CadSide, ComparisonPoint, Decision, Feature, Geometry,
+    OutputFormat, OutputSettings, PartInfo, Plan, ScanOrder, ScanSettings, SlotReading, Taken, UncertaintySettings,
 };
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ pub struct SyntheticPart {
 
 impl SyntheticPart {
     /// Both faces and the exact geometry from a triangulated blank and its forming.
-    pub fn form(name: &str, flat: &FlatMesh, forming: &Forming, thickness_mm: f64) -> Self {
+    pub fn form(name: &str, flat: &FlatMesh, forming: &impl FormedSheet, thickness_mm: f64) -> Self {
         let mesh = flat.mapped(|q| forming.point(q));
         let mut lower = flat.mapped(|q| forming.point(q) - forming.normal(q).into_inner() * thickness_mm);
         reverse(&mut lower);
@@ -96,7 +96,11 @@ impl SyntheticPart {
                 decision: Decision::Iso14253,
                 cad_side: CadSide::Top,
             },
-            cad: CadSettings { file: "synthetic.stl".into(), path: PathBuf::from("synthetic.stl"), unit: LengthUnit::Mm },
+            cad: CadSettings {
+                file: "synthetic.stl".into(),
+                path: PathBuf::from("synthetic.stl"),
+                unit: LengthUnit::Mm,
+            },
             scans: ScanSettings {
                 folder: "scans".into(),
                 path: PathBuf::from("scans"),
@@ -127,7 +131,14 @@ impl SyntheticPart {
 
     pub(super) fn add_comparison(&mut self, name: &str, geometry: Geometry, tolerance_mm: f64) {
         let (name, file) = (name.into(), PathBuf::from("synthetic.toml"));
-        self.comparison.push(ComparisonPoint { name, geometry, lower_mm: -tolerance_mm, upper_mm: tolerance_mm, file, line: 0 });
+        self.comparison.push(ComparisonPoint {
+            name,
+            geometry,
+            lower_mm: -tolerance_mm,
+            upper_mm: tolerance_mm,
+            file,
+            line: 0,
+        });
     }
 }
 
@@ -136,7 +147,11 @@ fn reverse(mesh: &mut Mesh) {
 }
 
 /// The exact geometry in space of an opening on the blank; a hole tells its deviation along `told`, given on the blank.
-pub(super) fn opening_geometry(forming: &Forming, opening: &Opening, told: Option<super::blank::UvVector>) -> Geometry {
+pub(super) fn opening_geometry(
+    forming: &impl FormedSheet,
+    opening: &Opening,
+    told: Option<super::blank::UvVector>,
+) -> Geometry {
     let q = opening.centre();
     let (centre, axis) = (forming.point(&q), forming.normal(&q));
     match opening {
@@ -157,12 +172,12 @@ pub(super) fn opening_geometry(forming: &Forming, opening: &Opening, told: Optio
 }
 
 /// The exact geometry of a surface point: the place and the face's normal there.
-pub(super) fn surface_geometry(forming: &Forming, q: &Uv) -> Geometry {
+pub(super) fn surface_geometry(forming: &impl FormedSheet, q: &Uv) -> Geometry {
     Geometry::Surface { position: forming.point(q), direction: forming.normal(q) }
 }
 
 /// The exact geometry of a point on a trimmed edge, the straight line from `a` to `b` with the material on its left.
-pub(super) fn edge_geometry(forming: &Forming, a: &Uv, b: &Uv, share: f64) -> Geometry {
+pub(super) fn edge_geometry(forming: &impl FormedSheet, a: &Uv, b: &Uv, share: f64) -> Geometry {
     let q = a + (b - a) * share;
     let normal = forming.normal(&q);
     let along = forming.tangent(&q, (b - a).normalize());
