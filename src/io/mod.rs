@@ -1,1 +1,137 @@
-//! io
+//! Files in and out: CAD meshes, measured clouds, and the guard against wrong units.
+//!
+//! A reader gets the bytes of the whole file and gives back plain data in mm, or one [`Diagnostic`] that says what was
+//! found at which line (text) or at which record and byte (binary), what was expected, and what to do. The format is
+//! told by content; the file's extension only breaks ties. What a header counts is a claim: it is checked against the
+//! bytes that are there before anything is allocated for it. No reader opens a second file.
+//!
+//! A text file that is cut off can end in the middle of a number and still look whole, which would shift a point
+//! silently. So the last line of a text file must end with a line end, unless it can be shown to be whole (see
+//! [`lines`] for the rule).
+
+mod columns;
+mod field;
+mod format;
+mod lines;
+mod obj;
+mod ply;
+mod polygon;
+mod stl;
+mod text_cloud;
+pub mod unit_guard;
+mod write;
+
+pub use write::{write_ply_cloud, write_stl};
+
+use crate::diagnostic::{Diagnostic, ReadError};
+use crate::geometry::{LengthUnit, Mesh, PointCloud};
+use crate::run::RunContext;
+use format::Format;
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Largest coordinate that is taken for a measurement, mm: ten kilometres.
+pub const LARGEST_COORDINATE_MM: f64 = 1e7;
+
+/// The whole file.
+///
+/// # Errors
+/// The file cannot be opened or read, or is a folder; the message carries the system's reason.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
+    std::fs::read(path).map_err(|error| {
+        let help = match error.kind() {
+            std::io::ErrorKind::NotFound => "check the name and the folder; names in a plan start at the plan's folder",
+            std::io::ErrorKind::PermissionDenied => "give this user the right to read the file",
+            _ => "check that the file, its disk and the network are there",
+        };
+        Diagnostic::error(format!("the file cannot be read: {error}")).in_file(path).with_help(help).into()
+    })
+}
+
+/// SHA-256 of some bytes as 64 lower-case hexadecimal digits: the identity of scan, plan and CAD in reports.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Reads a CAD mesh (STL, OBJ or PLY), coordinates converted from `unit` to mm.
+///
+/// Triangles and vertices come as they stand in the file: STL gives three vertices a triangle, nothing is welded or
+/// oriented here. Polygons become triangles; faces with fewer than three distinct vertices are left out.
+///
+/// # Errors
+/// A file that is broken, cut off, without faces, or has a coordinate that is not finite or above
+/// [`LARGEST_COORDINATE_MM`]; or the job was cancelled.
+pub fn read_mesh(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) -> Result<Mesh, ReadError> {
+    let scale = unit.in_mm();
+    let result = match format::detect(bytes, file) {
+        Ok(Format::StlBinary) => stl::read_binary(bytes, scale, run),
+        Ok(Format::StlText) => stl::read_text(bytes, scale, run),
+        Ok(Format::Obj) => obj::read(bytes, scale, run),
+        Ok(Format::Ply) => ply::read_mesh(bytes, scale, run),
+        Ok(Format::TextCloud) => Err(Diagnostic::error("a text file of points, expected a CAD mesh with faces")
+            .with_help("give the CAD as STL, OBJ or PLY; a cloud belongs under [scans]")
+            .into()),
+        Err(diagnostic) => Err(diagnostic.into()),
+    };
+    let mesh = result.map_err(|error| placed(error, file))?;
+    if mesh.triangles.is_empty() {
+        return Err(Diagnostic::error("no faces found, expected a CAD mesh with triangles or polygons")
+            .in_file(file)
+            .with_help("export the CAD as a triangle mesh (STL, OBJ or PLY with faces)")
+            .into());
+    }
+    Ok(mesh)
+}
+
+/// Reads a measured cloud (PLY or delimited text), coordinates converted from `unit` to mm; order as in the file.
+///
+/// Points with a coordinate that is NaN or infinite are skipped and counted. A PLY mesh gives its vertices.
+///
+/// # Errors
+/// A file that is broken, cut off, of a mesh format without measured points (STL, OBJ), without a single finite point,
+/// or has a coordinate above [`LARGEST_COORDINATE_MM`]; or the job was cancelled.
+pub fn read_cloud(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) -> Result<PointCloud, ReadError> {
+    let scale = unit.in_mm();
+    let not_a_cloud = |what: &str| -> ReadError {
+        Diagnostic::error(format!("{what} mesh, expected a measured cloud"))
+            .with_help(
+                "export the scan's points as PLY or as text (xyz, txt, asc, csv, pts); a mesh belongs under [cad]",
+            )
+            .into()
+    };
+    let result = match format::detect(bytes, file) {
+        Ok(Format::StlBinary | Format::StlText) => Err(not_a_cloud("an STL")),
+        Ok(Format::Obj) => Err(not_a_cloud("an OBJ")),
+        Ok(Format::Ply) => ply::read_cloud(bytes, scale, run),
+        Ok(Format::TextCloud) => text_cloud::read(bytes, scale, run),
+        Err(diagnostic) => Err(diagnostic.into()),
+    };
+    let cloud = result.map_err(|error| placed(error, file))?;
+    if cloud.is_empty() {
+        let message = match cloud.skipped_invalid {
+            0 => "no points found, expected a measured cloud".to_owned(),
+            n => format!("none of the {n} points has finite coordinates, expected a measured cloud"),
+        };
+        return Err(Diagnostic::error(message)
+            .in_file(file)
+            .with_help("check the scanner's export and scan again")
+            .into());
+    }
+    Ok(cloud)
+}
+
+/// The error with the file's name in it.
+fn placed(error: ReadError, file: &Path) -> ReadError {
+    match error {
+        ReadError::Bad(diagnostic) => diagnostic.in_file(file).into(),
+        cancelled @ ReadError::Cancelled(_) => cancelled,
+    }
+}
+
+/// The message for a coordinate that no scan and no CAD has.
+fn too_far(value_mm: f64) -> String {
+    format!("coordinate {value_mm} mm, expected at most {LARGEST_COORDINATE_MM:.0} mm: not a plausible part")
+}
+
+/// What to do about [`too_far`].
+const TOO_FAR_HELP: &str = "check the unit of the file in the plan, and whether the file is damaged";

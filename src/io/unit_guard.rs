@@ -1,0 +1,137 @@
+//! Guard against a cloud and a CAD in different units.
+//!
+//! The ratio cloud size / CAD size of the *kept* points (background removed) is near 1 when the units agree: a view may
+//! see half of the part, or keep something beside it. A wrong unit puts it a factor 10, 25.4, 100 or 1000 away, which
+//! [`check_scale`] looks for. The raw cloud shows the belt as well, and a view of 600 mm by 400 mm over a part of 60 mm
+//! has the innocent ratio 12; so [`check_raw_scale`], which runs before the background is known, speaks only about
+//! clouds much smaller than the CAD, where the belt cannot be the reason, and about factors of 100 and more.
+
+use crate::geometry::Point3;
+
+/// A cloud whose size does not fit the CAD's by a factor that units explain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScaleSuspicion {
+    /// Cloud size / CAD size as units would explain it: 10, 25.4, 100 or 1000, or one over them.
+    pub factor: f64,
+    /// What was found and what was expected.
+    pub words: String,
+    /// What to do.
+    pub help: String,
+}
+
+/// Ratios between units of files: cm, inch, dm or m/cm, m against mm (or mm against um).
+const FACTORS: [f64; 4] = [10.0, 25.4, 100.0, 1000.0];
+/// A cloud may be larger than its part by this: strays, sheet thickness, springback.
+const MOST_LARGER: f64 = 1.25;
+/// A cloud too large by a factor still shows most of the part.
+const MOST_SMALLER_ABOVE: f64 = 0.8;
+/// A cloud too small by a factor may be a partial view as well; factors 10 and 25.4 then still do not touch.
+const MOST_SMALLER_BELOW: f64 = 0.55;
+/// From here on a raw cloud cannot be a part on a belt.
+const LEAST_RAW_FACTOR: f64 = 100.0;
+/// Points that are looked at for the size of a cloud.
+const POINTS_LOOKED_AT: usize = 200_000;
+
+/// Compares the kept points of a scan with the CAD. Both lengths are diagonals of boxes, mm; the cloud's should be
+/// robust against strays ([`robust_diagonal_mm`]). `None` when the sizes are plausible or one of them says nothing.
+pub fn check_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<ScaleSuspicion> {
+    suspicion(cloud_diagonal_mm, cad_diagonal_mm, FACTORS[0])
+}
+
+/// The same for the cloud as read, with belt and surroundings: sees less, and never blames a part for its belt.
+pub fn check_raw_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<ScaleSuspicion> {
+    suspicion(cloud_diagonal_mm, cad_diagonal_mm, LEAST_RAW_FACTOR)
+}
+
+fn suspicion(cloud_mm: f64, cad_mm: f64, least_factor_above: f64) -> Option<ScaleSuspicion> {
+    let ratio = cloud_mm / cad_mm;
+    if !(ratio.is_finite() && cloud_mm > 0.0 && cad_mm > 0.0) {
+        return None;
+    }
+    let below = FACTORS.iter().map(|f| (1.0 / f, MOST_SMALLER_BELOW));
+    let above = FACTORS.iter().filter(|f| **f >= least_factor_above).map(|f| (*f, MOST_SMALLER_ABOVE));
+    let (factor, _) = below.chain(above).find(|(f, least)| (least * f..=MOST_LARGER * f).contains(&ratio))?;
+    let (times, larger) = if factor < 1.0 { (1.0 / factor, "smaller") } else { (factor, "larger") };
+    Some(ScaleSuspicion {
+        factor,
+        words: format!(
+            "the scan measures {cloud_mm:.4} mm across and the CAD {cad_mm:.4} mm: about {times} times {larger}, expected \
+             about the same size"
+        ),
+        help: format!(
+            "check [scans] unit and [cad] unit in the plan: the two differ by a factor of {times}, as {} do",
+            match times {
+                10.0 => "cm and mm",
+                25.4 => "inch and mm",
+                100.0 => "m and cm",
+                _ => "m and mm, or mm and um",
+            }
+        ),
+    })
+}
+
+/// The diagonal, in mm, of the box that holds the middle 98 % of some points on each axis; strays do not move it. On an
+/// evenly covered part it comes out about 2 % short. `None` when there are no points.
+pub fn robust_diagonal_mm(points: &[Point3], kept: &[u32]) -> Option<f64> {
+    let step = kept.len().div_ceil(POINTS_LOOKED_AT).max(1);
+    let mut square = 0.0;
+    for axis in 0..3 {
+        let at = |index: &u32| points.get(*index as usize).map(|point| point[axis]);
+        let mut values: Vec<f64> = kept.iter().step_by(step).filter_map(at).collect();
+        let last = values.len().checked_sub(1)?;
+        let one_percent = last / 100;
+        let (_, low, _) = values.select_nth_unstable_by(one_percent, f64::total_cmp);
+        let low = *low;
+        let (_, high, _) = values.select_nth_unstable_by(last - one_percent, f64::total_cmp);
+        square += (*high - low).powi(2);
+    }
+    Some(f64::sqrt(square))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_factor_is_found_both_ways() {
+        for factor in FACTORS {
+            for off in [0.85, 1.0, 1.15] {
+                assert_eq!(check_scale(300.0 * factor * off, 300.0).unwrap().factor, factor);
+                assert_eq!(check_scale(300.0 / factor * off, 300.0).unwrap().factor, 1.0 / factor);
+            }
+        }
+    }
+
+    #[test]
+    fn partial_views_and_strays_are_innocent() {
+        for ratio in [0.2, 0.5, 1.0, 2.0, 4.0, 7.0] {
+            assert_eq!(check_scale(300.0 * ratio, 300.0), None, "{ratio}");
+        }
+        for odd in [0.0, f64::NAN, f64::INFINITY, -1.0] {
+            assert_eq!(check_scale(odd, 300.0), None);
+            assert_eq!(check_scale(300.0, odd), None);
+        }
+    }
+
+    #[test]
+    fn a_small_part_on_a_wide_belt_is_innocent_as_a_raw_cloud() {
+        let view = f64::hypot(600.0, 400.0);
+        for part in [20.0, 28.4, 60.0, 72.0, 600.0] {
+            assert_eq!(check_raw_scale(view, part), None, "{part}");
+        }
+        assert_eq!(check_raw_scale(view * 1000.0, 600.0).unwrap().factor, 1000.0);
+        assert_eq!(check_raw_scale(view / 1000.0, 600.0).unwrap().factor, 0.001);
+    }
+
+    #[test]
+    fn strays_do_not_move_the_size() {
+        let mut points: Vec<Point3> =
+            (0..10_000).map(|i| Point3::new(f64::from(i % 100) * 3.0, f64::from(i / 100) * 4.0, 0.0)).collect();
+        points.extend([Point3::new(1e6, 1e6, 1e6), Point3::new(-1e6, 0.0, 0.0)]);
+        let kept: Vec<u32> = (0..points.len() as u32).collect();
+        // 99 steps of 3 mm and 4 mm make 495 mm; two of 100 rows are cut off on each axis.
+        let size = robust_diagonal_mm(&points, &kept).unwrap();
+        assert!((480.0..=495.0).contains(&size), "{size}");
+        assert_eq!(robust_diagonal_mm(&points, &[]), None);
+    }
+}

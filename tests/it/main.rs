@@ -1,0 +1,3 @@
+//! Tests that use the library from outside, one binary, one module a theme.
+
+mod readers;
