@@ -1,10 +1,16 @@
 //! Points, rigid motions, meshes and their closest-point search. Lengths mm, angles rad, numbers f64.
 
+pub mod boundary;
+pub mod bvh;
 pub mod cloud;
+pub mod hull;
 pub mod mesh;
 pub mod transform;
+pub mod triangle;
 pub mod unit;
+pub mod weld;
 
+pub use bvh::{Bvh, Closest, Feature, RayHit};
 pub use cloud::PointCloud;
 pub use mesh::{Aabb, Mesh};
 pub use transform::CadFromScan;

@@ -1,1 +1,18 @@
-//! part
+//! The CAD prepared once: welded, oriented, both faces of the sheet with their search trees, resting poses, and the cache.
+//!
+//! ```text
+//! triangles --weld--> shared vertices --orient--> one winding --skin--> two faces --> tree, edges, samples; hull --> resting poses
+//! ```
+//!
+//! Everything is in the CAD frame, mm. Nothing here depends on a scan.
+
+mod face;
+mod model;
+mod prepare;
+mod resting;
+mod samples;
+mod skin;
+
+pub use face::{Face, FaceHit, FaceSample};
+pub use model::{Part, PartSettings};
+pub use resting::RestingPose;

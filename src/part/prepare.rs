@@ -1,0 +1,147 @@
+//! From the triangles of a CAD file to a part.
+
+use super::{Face, Part, PartSettings, resting, skin};
+use crate::diagnostic::{Diagnostic, ReadError};
+use crate::geometry::boundary::{self, Adjacency};
+use crate::geometry::weld::weld;
+use crate::geometry::{Aabb, Mesh, Point3, Vector3};
+use crate::plan::{CadSide, Side};
+use crate::run::RunContext;
+
+/// Vertices nearer than this share of the diagonal are one.
+const WELD_TOLERANCE: f64 = 1e-6;
+/// A CAD smaller than this is not a stamped part: its unit is wrong.
+const SMALLEST_MM: f64 = 0.1;
+
+impl Part {
+    /// Prepares a CAD mesh (mm, as read: a soup or indexed). Fails when it holds nothing that could be inspected; everything else that is
+    /// odd about it is kept and told in `warnings`. The result depends on the arguments only.
+    pub fn prepare(
+        mesh: Mesh,
+        cad_sha256: String,
+        settings: &PartSettings,
+        run: &RunContext,
+    ) -> Result<Part, ReadError> {
+        let triangles_in_file = mesh.triangles.len();
+        let diagonal = check(&mesh)?;
+        let mut warnings = Vec::new();
+        let mesh = clean(&mesh, diagonal, settings.cad_side, &mut warnings)?;
+        run.check()?;
+        let bounds = mesh.bounds().ok_or_else(|| Diagnostic::error("the CAD has no vertices"))?;
+        let faces = sheet_faces(&mesh, settings, &mut warnings);
+        run.check()?;
+        let centroid = centroid(&mesh, &bounds);
+        let points: Vec<Point3> = faces.iter().flat_map(|f| &f.mesh.vertices).copied().collect();
+        let resting_poses = resting::resting_poses(&points, &faces[0].mesh, &centroid);
+        Ok(Part {
+            cad_sha256,
+            triangles_in_file,
+            mesh,
+            bounds,
+            cad_side: settings.cad_side,
+            thickness_mm: settings.thickness_mm,
+            centroid,
+            resting_poses,
+            warnings,
+            faces,
+        })
+    }
+}
+
+/// Refuses what cannot be a part and returns the diagonal of its box.
+fn check(mesh: &Mesh) -> Result<f64, Diagnostic> {
+    if mesh.triangles.is_empty() {
+        return Err(Diagnostic::error("the CAD has no triangles, expected the surface of a part")
+            .with_help("export the part's surface as a triangle mesh"));
+    }
+    if let Some(k) = mesh.vertices.iter().position(|v| !v.coords.iter().all(|c| c.is_finite())) {
+        return Err(Diagnostic::error(format!("vertex {} of the CAD is not a finite position", k + 1))
+            .with_help("export the CAD again"));
+    }
+    let count = mesh.vertices.len();
+    if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {
+        let message = format!("triangle {} of the CAD names a vertex that is not there; there are {count}", t + 1);
+        return Err(Diagnostic::error(message).with_help("export the CAD again"));
+    }
+    let diagonal = mesh.bounds().map_or(0.0, |b| b.diagonal());
+    if !(diagonal >= SMALLEST_MM && diagonal.is_finite()) {
+        let message = format!("the CAD is {diagonal} mm across, expected a part of at least {SMALLEST_MM} mm");
+        return Err(Diagnostic::error(message).with_help("check `unit` under [cad] in the plan"));
+    }
+    Ok(diagonal)
+}
+
+/// Welds, orients, and tells what was odd.
+fn clean(mesh: &Mesh, diagonal: f64, cad_side: CadSide, warnings: &mut Vec<String>) -> Result<Mesh, Diagnostic> {
+    let welded = weld(mesh, WELD_TOLERANCE * diagonal);
+    let mut clean = welded.mesh;
+    if clean.area() <= 0.0 {
+        return Err(Diagnostic::error("no triangle of the CAD has an area, expected the surface of a part")
+            .with_help("export the part's surface as a triangle mesh"));
+    }
+    let mut say = |count: usize, words: &str| {
+        if count > 0 {
+            warnings.push(format!("CAD: {count} {words}"));
+        }
+    };
+    say(welded.collapsed, "degenerate triangles left out");
+    say(welded.duplicate, "duplicate triangles left out");
+    let mut adjacency = Adjacency::of(&clean);
+    let oriented = boundary::orient(&mut clean, &mut adjacency);
+    say(oriented.flipped, "triangles turned round to match their neighbours");
+    say(oriented.twisted_edges, "edges across which no consistent side can be told");
+    let branching = adjacency.across.iter().flatten().filter(|a| **a == boundary::NON_MANIFOLD).count();
+    say(branching, "triangle edges at which more than two triangles meet");
+    if cad_side == CadSide::Solid {
+        say(adjacency.boundary_edges(), "open edges in a CAD that should be a closed solid");
+        point_outwards(&mut clean);
+    }
+    Ok(clean)
+}
+
+/// Turns a solid inside out when its volume is negative.
+fn point_outwards(mesh: &mut Mesh) {
+    let about = mesh.bounds().map_or(Point3::origin(), |b| b.centre());
+    let six_volumes: f64 = (0..mesh.triangles.len())
+        .map(|t| mesh.corners(t).map(|c| c - about))
+        .map(|[a, b, c]| a.dot(&b.cross(&c)))
+        .sum();
+    if six_volumes < 0.0 {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+}
+
+/// Both faces of a sheet whose CAD is one surface.
+fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>) -> [Face; 2] {
+    let one = |side: Side| {
+        let moved = skin::offset(mesh, settings.cad_side.face_offset_mm(side, settings.thickness_mm));
+        let mut mesh = moved.mesh;
+        if side == Side::Bottom {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        (Face::new(side, mesh), moved.folded)
+    };
+    let (top, bottom) = rayon::join(|| one(Side::Top), || one(Side::Bottom));
+    for (face, folded) in [&top, &bottom] {
+        if *folded > 0 {
+            let side = face.side.key();
+            warnings.push(format!(
+                "CAD: {folded} triangles of the {side} face fold over, because the surface bends more tightly than the sheet is thick"
+            ));
+        }
+    }
+    [top.0, bottom.0]
+}
+
+/// Area-weighted centroid of the surface.
+fn centroid(mesh: &Mesh, bounds: &Aabb) -> Point3 {
+    let about = bounds.centre();
+    let (mut sum, mut area) = (Vector3::zeros(), 0.0);
+    for t in 0..mesh.triangles.len() {
+        let weight = mesh.area_vector_twice(t).norm();
+        let [a, b, c] = mesh.corners(t).map(|corner| corner - about);
+        sum += (a + b + c) * (weight / 3.0);
+        area += weight;
+    }
+    about + sum / area
+}
