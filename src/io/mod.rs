@@ -124,6 +124,7 @@ pub fn read_cloud(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext)
 fn placed(error: ReadError, file: &Path) -> ReadError {
     match error {
         ReadError::Bad(diagnostic) => diagnostic.in_file(file).into(),
+        ReadError::CutOff(diagnostic) => ReadError::CutOff(Box::new(diagnostic.in_file(file))),
         cancelled @ ReadError::Cancelled(_) => cancelled,
     }
 }

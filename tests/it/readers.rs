@@ -43,7 +43,7 @@ fn all_files(folder: &Path) -> Vec<PathBuf> {
 
 fn diagnostic(error: ReadError) -> Diagnostic {
     match error {
-        ReadError::Bad(diagnostic) => *diagnostic,
+        ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic) => *diagnostic,
         ReadError::Cancelled(_) => panic!("cancelled by nobody"),
     }
 }
