@@ -1,5 +1,26 @@
 //! The inspection plan: as written, checked, all problems told together.
+//!
+//! ```text
+//! bytes --syntax--> document with places --reader--> values --sections, shapes, alignment--> Plan, problems
+//! ```
+//!
+//! `docs/plan.md` lists every key. Nothing after this layer asks again whether a direction has length one or a name exists.
 
+mod alignment;
+mod comparison_file;
+pub mod expected;
+mod freedom;
+mod load;
 pub mod model;
+mod problems;
+mod reader;
+mod sections;
+mod shapes;
+mod suggest;
+mod syntax;
+#[cfg(test)]
+mod tests;
+mod values;
 
+pub use load::{Loaded, load, parse};
 pub use model::*;

@@ -1,0 +1,241 @@
+//! From the bytes of a plan to a `Plan` that can be run, or to everything that is wrong with it.
+
+use super::alignment::alignment;
+use super::model::{BackgroundSettings, ComparisonPoint, Plan, UncertaintySettings};
+use super::problems::Problems;
+use super::reader::{NumberRule, Places, TableReader};
+use super::shapes::{comparison_point, features, warn_of_shared_names};
+use super::syntax::{Readable, read_document, read_text};
+use super::values::location;
+use super::{comparison_file, expected, sections};
+use crate::diagnostic::{Diagnostic, Severity};
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Largest plan, bytes.
+const LARGEST_PLAN: u64 = 1 << 20;
+
+/// What became of a plan.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    /// The plan, if and only if no problem is an error.
+    pub plan: Option<Plan>,
+    /// Every problem, the plan's before its comparison file's, by line.
+    pub problems: Vec<Diagnostic>,
+}
+
+impl Loaded {
+    /// Whether a problem is an error.
+    pub fn any_error(&self) -> bool {
+        self.problems.iter().any(|p| p.severity == Severity::Error)
+    }
+
+    fn refused(problems: Vec<Diagnostic>) -> Self {
+        Self { plan: None, problems }
+    }
+}
+
+/// Reads a plan file and checks it, also that its CAD file exists (an error) and its folder of scans (a warning).
+/// A file that cannot be read is one of the problems.
+pub fn load(path: &Path) -> Loaded {
+    match read_capped(path, LARGEST_PLAN, "a plan") {
+        Ok(bytes) => read(&bytes, path, true),
+        Err(problem) => Loaded::refused(vec![*problem]),
+    }
+}
+
+/// Checks the bytes of a plan; `path` gives messages their file and relative paths their folder. Only the comparison
+/// file is opened, if the plan names one.
+pub fn parse(bytes: &[u8], path: &Path) -> Loaded {
+    read(bytes, path, false)
+}
+
+fn read(bytes: &[u8], path: &Path, look_for_files: bool) -> Loaded {
+    let problems = Problems::new(path);
+    if bytes.len() as u64 > LARGEST_PLAN {
+        let size = bytes.len();
+        problems.add(too_large(size as u64, LARGEST_PLAN, "a plan"));
+        return Loaded::refused(problems.into_sorted());
+    }
+    let readable = read_text(bytes, &problems).and_then(|text| read_document(text, &problems));
+    let Some(Readable { document, lines, lost }) = readable else { return Loaded::refused(problems.into_sorted()) };
+    let root = TableReader::new(document.as_table(), "", 1, Places::Document(&lines, &lost), &problems);
+    let (plan, more) = read_root(root, bytes, path, look_for_files);
+    let mut list = problems.into_sorted();
+    list.extend(more);
+    let usable = !list.iter().any(|p| p.severity == Severity::Error);
+    Loaded { plan: plan.filter(|_| usable), problems: list }
+}
+
+/// Reads all tables; the second value are the problems of the comparison file.
+fn read_root(
+    root: TableReader<'_>,
+    bytes: &[u8],
+    path: &Path,
+    look_for_files: bool,
+) -> (Option<Plan>, Vec<Diagnostic>) {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let problems = root.problems();
+    schema(&root);
+    let part = required_section(&root, "part", "the part's name and sheet thickness").and_then(sections::part);
+    let cad = required_section(&root, "cad", "the CAD file").and_then(|table| sections::cad(table, folder));
+    let scans_given = root.optional("scans").is_some();
+    let scans = match root.section("scans") {
+        Some(table) => sections::scans(table, folder),
+        None => Some((sections::scans_left_out(folder), 1)),
+    };
+    let background = root.section("background").map_or(Some(BackgroundSettings::default()), sections::background);
+    let features = features(&root);
+    let alignment =
+        required_section(&root, "alignment", "how the part is aligned").and_then(|table| alignment(table, &features));
+    let (comparison, comparison_bytes, more) = comparison(&root, folder);
+    let rig = root.section("rig").map_or(Some(None), |table| sections::rig(table).map(Some));
+    let uncertainty = root.section("uncertainty").map_or(Some(UncertaintySettings::default()), sections::uncertainty);
+    let output = match root.section("output") {
+        Some(table) => sections::output(table, folder),
+        None => Some(sections::output_left_out(folder)),
+    };
+    if look_for_files {
+        if let Some((cad, line)) = cad.as_ref().filter(|(cad, _)| !cad.path.is_file()) {
+            let message = format!("[cad] file: found no file {}, expected an STL, OBJ or PLY file", cad.path.display());
+            problems.error(*line, message, "paths start at the plan's own folder; check name and folder");
+        }
+        if let Some((scans, line)) = scans.as_ref().filter(|(scans, _)| scans_given && !scans.path.is_dir()) {
+            let message = format!("[scans] folder: found no folder {}", scans.path.display());
+            problems.warning(*line, message, "make the folder, or name the scans on the command line");
+        }
+    }
+    let axis_line = axis_reading_line(&root);
+    sections::finish(root);
+    let plan = (|| {
+        Some(Plan {
+            path: path.to_path_buf(),
+            sha256: sha256_hex(&[bytes, &comparison_bytes]),
+            part: part?,
+            cad: cad?.0,
+            scans: scans?.0,
+            background: background?,
+            alignment: alignment?,
+            features: features.into_iter().map(|f| f.feature).collect::<Option<Vec<_>>>()?,
+            comparison,
+            rig: rig?,
+            uncertainty: uncertainty?,
+            output: output?,
+        })
+    })();
+    if let Some(plan) = &plan
+        && let Some((message, help)) = expected::axis_reading_warning(plan)
+    {
+        problems.warning(axis_line, message, help);
+    }
+    (plan, more)
+}
+
+fn schema(root: &TableReader<'_>) {
+    const ANY: NumberRule = NumberRule { expected: "1", accepts: |_| true };
+    let entry = root.required("schema", "schema = 1", "write schema = 1 above the first table");
+    if let Some(entry) = entry
+        && let Some(number) = entry.number(ANY)
+        && number != 1.0
+    {
+        let help = "this program reads plans of schema 1; a plan of another schema needs the program that wrote it";
+        entry.wrong(format!("found {number}, expected 1"), help);
+    }
+}
+
+fn required_section<'r>(root: &'r TableReader<'_>, key: &'static str, holds: &str) -> Option<TableReader<'r>> {
+    root.required(key, "a table of this name", format!("add a line [{key}] and under it {holds}"))?;
+    root.section(key)
+}
+
+fn axis_reading_line(root: &TableReader<'_>) -> usize {
+    root.section("alignment").map_or(1, |table| table.optional("slot_reading").map_or(table.line(), |entry| entry.line))
+}
+
+/// The points of the plan or of its comparison file; with the bytes of that file and its problems.
+fn comparison(root: &TableReader<'_>, folder: &Path) -> (Vec<ComparisonPoint>, Vec<u8>, Vec<Diagnostic>) {
+    let problems = root.problems();
+    let tables = root.sections("comparison", "[[comparison]]");
+    let in_plan = root.optional("comparison").is_some();
+    let points: Vec<_> = tables.into_iter().filter_map(comparison_point).collect();
+    warn_of_shared_names(points.iter().map(|(p, line)| (p.name.as_str(), *line)), problems);
+    let points: Vec<ComparisonPoint> = points.into_iter().map(|(point, _)| point).collect();
+    let Some(table) = root.section("comparison_file") else {
+        if !in_plan && root.optional("comparison_file").is_none() {
+            let help = "add [[comparison]] tables, or [comparison_file] with file = \"points.csv\"";
+            problems.warning(1, "comparison: found no comparison point, expected at least one", help);
+        }
+        return (points, Vec::new(), Vec::new());
+    };
+    let line = table.line();
+    if in_plan {
+        let message = "[comparison_file]: found beside [[comparison]], expected comparison points in one place";
+        problems.error(line, message, "move the points of the plan into the file, or remove [comparison_file]");
+    }
+    let entry = table.required("file", "the file with comparison points", "write file = \"points.csv\"");
+    let file_line = entry.map_or(line, |entry| entry.line);
+    let place = entry.and_then(|entry| location(entry, folder));
+    sections::finish(table);
+    let Some((_, path)) = place else { return (points, Vec::new(), Vec::new()) };
+    let bytes = match read_capped(&path, comparison_file::LARGEST, "a comparison file") {
+        Ok(bytes) => bytes,
+        Err(problem) => {
+            let message = format!("[comparison_file] file: {} ({})", problem.message, path.display());
+            problems.error(file_line, message, problem.help.unwrap_or_default());
+            return (points, Vec::new(), Vec::new());
+        }
+    };
+    let file_problems = Problems::new(&path);
+    let from_file = comparison_file::read(&bytes, &file_problems);
+    if from_file.is_empty() && !file_problems.any_error() {
+        file_problems.warning(1, "found no comparison point, expected at least one", "add a line for each point");
+    }
+    warn_of_shared_names(from_file.iter().map(|(p, line)| (p.name.as_str(), *line)), &file_problems);
+    let points = points.into_iter().chain(from_file.into_iter().map(|(point, _)| point)).collect();
+    (points, bytes, file_problems.into_sorted())
+}
+
+/// The bytes of a file, or the problem; never more than the cap is read.
+fn read_capped(path: &Path, cap: u64, what: &str) -> Result<Vec<u8>, Box<Diagnostic>> {
+    let unreadable = |fault: std::io::Error| {
+        let help = match fault.kind() {
+            std::io::ErrorKind::NotFound => "check name and folder",
+            _ => "check that it is a file and that you may read it",
+        };
+        let fault = match fault.kind() {
+            std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+            std::io::ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+            std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
+            _ => fault.to_string(),
+        };
+        Box::new(Diagnostic::error(format!("could not read {what}: {fault}")).in_file(path).with_help(help))
+    };
+    // A pipe or device could wait for ever; only plain files are opened.
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    if !about.is_file() {
+        let problem = Diagnostic::error(format!("could not read {what}: it is no plain file")).in_file(path);
+        return Err(Box::new(problem.with_help("name the file itself, not a folder or device")));
+    }
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|file| file.take(cap + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > cap {
+        return Err(Box::new(too_large(about.len(), cap, what).in_file(path)));
+    }
+    Ok(bytes)
+}
+
+fn too_large(size: u64, cap: u64, what: &str) -> Diagnostic {
+    let message = format!("found {size} bytes, expected {what} of at most {cap} bytes");
+    Diagnostic::error(message).with_help("check that this is the right file")
+}
+
+/// SHA-256 over all parts one after the other, lower-case hex.
+fn sha256_hex(parts: &[&[u8]]) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update(part);
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
