@@ -1,7 +1,20 @@
 //! Conditioning of a cloud: what is belt, what is dark, what is the part.
 
+pub mod background;
+#[cfg(test)]
+mod background_tests;
+mod belt;
+mod belt_judge;
+mod colour;
 pub mod conditioned;
 pub mod grid;
+pub mod hints;
+mod neighbourhood;
+mod stray;
+#[cfg(test)]
+mod synthetic;
 
+pub use background::condition;
 pub use conditioned::*;
 pub use grid::PointGrid;
+pub use hints::ScanHints;

@@ -1,0 +1,438 @@
+//! Background removal: belt colour, belt plane and luminance, as in section 4 of the SIVPRO paper, and what is left far
+//! away from the part.
+//!
+//! The belt's plane is sought first, on the points that are bright enough, because it tells how far colour can be trusted:
+//! a worn belt has the part's own grey, so that colour decides only close to the belt where a plane is known. Without a
+//! plane colour decides alone, unless it would take the part with it. Every such decision is made on a sample; one pass
+//! over all points then gives each its class.
+
+use super::belt::{Sample, refine};
+use super::belt_judge::{Verdict, find_belt};
+use super::colour::{BeltColours, automatic_luminance_min, luminance};
+use super::conditioned::{BeltPlane, ConditionedScan, PointClass, Removed};
+use super::hints::ScanHints;
+use super::neighbourhood::{CHUNK, Texture, stratified, texture};
+use super::stray::components;
+use crate::diagnostic::{Refusal, Stop};
+use crate::geometry::{Point3, PointCloud, UnitVector3};
+use crate::plan::model::BackgroundSettings;
+use crate::run::RunContext;
+use rayon::prelude::*;
+
+/// Fewer points than this are no scan of a part.
+const FEWEST_POINTS: usize = 200;
+/// A body of less than this share of the part's surface is no part on the belt.
+const LEAST_BODY: f64 = 0.005;
+
+/// Gives every point its class and finds the belt, the camera's side and the spacing of the points.
+///
+/// Each point is counted once in `removed`, by the first filter that takes it, in the order invalid (by the reader), dark,
+/// colour, belt, stray. Lengths mm, scan frame; the belt's normal and `to_camera` point to the camera.
+///
+/// # Errors
+/// Refused when nothing that can be a part is left; cancelled when the run was.
+pub fn condition(
+    cloud: PointCloud,
+    settings: &BackgroundSettings,
+    hints: &ScanHints,
+    run: &RunContext,
+) -> Result<ConditionedScan, Stop> {
+    run.check()?;
+    if cloud.len() < FEWEST_POINTS {
+        return Err(too_few(cloud.len(), cloud.skipped_invalid).into());
+    }
+    let first = attempt(&cloud, settings, hints, DarkFilter::AsSet, run);
+    let outcome = match first {
+        // A black part on a bright belt makes a dark mode of its own: better no filter than no part.
+        Err(Stop::Refused(refusal)) if settings.luminance_min.is_none() => {
+            attempt(&cloud, settings, hints, DarkFilter::Off, run).map_err(|second| match second {
+                Stop::Refused(_) => Stop::Refused(refusal),
+                cancelled => cancelled,
+            })?
+        }
+        other => other?,
+    };
+    Ok(outcome.into_scan(cloud))
+}
+
+fn too_few(points: usize, invalid: usize) -> Refusal {
+    let skipped = if invalid > 0 { format!(" ({invalid} without a position were skipped)") } else { String::new() };
+    Refusal::new(
+        format!("the scan holds {points} points{skipped}, at least {FEWEST_POINTS} are needed"),
+        "see whether the measurement worked and whether the file is complete",
+    )
+}
+
+/// Whether the automatic luminance threshold may be used.
+#[derive(Clone, Copy, PartialEq)]
+enum DarkFilter {
+    AsSet,
+    Off,
+}
+
+/// Everything of the result but the cloud itself.
+struct Outcome {
+    classes: Vec<PointClass>,
+    kept: Vec<u32>,
+    belt: Option<BeltPlane>,
+    to_camera: Option<UnitVector3>,
+    spacing_mm: f64,
+    warnings: Vec<String>,
+}
+
+impl Outcome {
+    fn into_scan(self, cloud: PointCloud) -> ConditionedScan {
+        let count = |class| self.classes.par_iter().filter(|c| **c == class).count();
+        let removed = Removed {
+            invalid: cloud.skipped_invalid,
+            belt: count(PointClass::Belt),
+            colour: count(PointClass::Colour),
+            dark: count(PointClass::Dark),
+            stray: count(PointClass::Stray),
+        };
+        ConditionedScan {
+            cloud,
+            classes: self.classes,
+            kept: self.kept,
+            removed,
+            belt: self.belt,
+            to_camera: self.to_camera,
+            spacing_mm: self.spacing_mm,
+            warnings: self.warnings,
+        }
+    }
+}
+
+fn attempt(
+    cloud: &PointCloud,
+    settings: &BackgroundSettings,
+    hints: &ScanHints,
+    dark_filter: DarkFilter,
+    run: &RunContext,
+) -> Result<Outcome, Stop> {
+    let mut warnings = Vec::new();
+    let colours = BeltColours::new(&settings.belt_colours, settings.colour_tolerance);
+    let luminance_min = luminance_threshold(cloud, settings, dark_filter);
+    let bright = bright_points(cloud, luminance_min);
+    warn_of_darkness(cloud, &bright, luminance_min, dark_filter, &mut warnings);
+    if bright.len() < FEWEST_POINTS {
+        return Err(all_dark(luminance_min).into());
+    }
+    run.check()?;
+    let Some(overall) = texture(&cloud.positions, &bright, 1) else {
+        return Err(Refusal::new("all points of the scan lie on one spot", "see whether the measurement worked").into());
+    };
+    let belt =
+        if settings.belt_plane { search_belt(cloud, &bright, &colours, overall, hints, &mut warnings) } else { None };
+    run.check()?;
+    let rules = rules(cloud, &bright, belt, luminance_min, &colours, overall, settings, hints, &mut warnings)?;
+    let mut classes = classify(cloud, &rules);
+    run.check()?;
+    let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints, &mut warnings)?;
+    let to_camera = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));
+    Ok(Outcome { classes, kept, belt, to_camera, spacing_mm, warnings })
+}
+
+fn luminance_threshold(cloud: &PointCloud, settings: &BackgroundSettings, dark_filter: DarkFilter) -> Option<f64> {
+    let colours = cloud.colours.as_ref()?;
+    match (settings.luminance_min, dark_filter) {
+        (Some(value), _) => Some(value),
+        (None, DarkFilter::Off) => None,
+        (None, DarkFilter::AsSet) => {
+            automatic_luminance_min(stratified(colours.len(), 100_000, 2).into_iter().map(|k| colours[k as usize]))
+        }
+    }
+}
+
+/// Indices of the points that are not too dark, ascending.
+fn bright_points(cloud: &PointCloud, luminance_min: Option<f64>) -> Vec<u32> {
+    let all = 0..cloud.len() as u32;
+    match (&cloud.colours, luminance_min) {
+        (Some(colours), Some(least)) => {
+            all.into_par_iter().filter(|&k| luminance(colours[k as usize]) >= least).collect()
+        }
+        _ => all.collect(),
+    }
+}
+
+fn warn_of_darkness(
+    cloud: &PointCloud,
+    bright: &[u32],
+    luminance_min: Option<f64>,
+    dark_filter: DarkFilter,
+    warnings: &mut Vec<String>,
+) {
+    let dark = 1.0 - bright.len() as f64 / cloud.len() as f64;
+    if let Some(least) = luminance_min.filter(|_| dark > 0.4) {
+        warnings.push(format!(
+            "{:.0} % of the points are darker than {least:.0}: more light or a longer exposure would help",
+            100.0 * dark
+        ));
+    }
+    if dark_filter == DarkFilter::Off {
+        warnings.push("dark points were kept, because without them no part would be left".into());
+    }
+}
+
+fn all_dark(luminance_min: Option<f64>) -> Refusal {
+    Refusal::new(
+        format!("nearly all points are darker than {:.0} of 255", luminance_min.unwrap_or(0.0)),
+        "give the scan more light, or set background.luminance_min lower",
+    )
+}
+
+fn search_belt(
+    cloud: &PointCloud,
+    bright: &[u32],
+    colours: &BeltColours,
+    texture: Texture,
+    hints: &ScanHints,
+    warnings: &mut Vec<String>,
+) -> Option<BeltPlane> {
+    const SAMPLE: usize = 6000;
+    let places = stratified(bright.len(), SAMPLE, 3);
+    let index = |&k: &u32| bright[k as usize] as usize;
+    let points: Vec<Point3> = places.iter().map(|k| cloud.positions[index(k)]).collect();
+    let belt_coloured = match &cloud.colours {
+        Some(all) => (0..places.len() as u32).filter(|&k| colours.matches(all[index(&places[k as usize])])).collect(),
+        None => Vec::new(),
+    };
+    let each_for = bright.len() as f64 / points.len() as f64;
+    let sample = Sample { points, belt_coloured, texture, each_for };
+    match find_belt(&sample, hints) {
+        Verdict::Belt(rough) => {
+            let points: Vec<Point3> =
+                stratified(bright.len(), 50_000, 4).iter().map(|k| cloud.positions[index(k)]).collect();
+            Some(refine(&points, rough).unwrap_or(rough))
+        }
+        Verdict::None(why) => {
+            warnings.push(format!("no belt plane in view: {why}"));
+            None
+        }
+    }
+}
+
+/// Where colour decides.
+#[derive(Clone, Copy, PartialEq)]
+enum ColourUse {
+    Off,
+    /// Up to this height above the belt in mm.
+    Below(f64),
+    Everywhere,
+}
+
+/// The rules by which each point gets its class.
+struct Rules<'a> {
+    luminance_min: Option<f64>,
+    colours: &'a BeltColours,
+    colour_use: ColourUse,
+    belt: Option<BeltPlane>,
+    clearance_mm: f64,
+    highest_mm: f64,
+}
+
+impl Rules<'_> {
+    fn class(&self, point: &Point3, colour: Option<[u8; 3]>) -> PointClass {
+        let too_dark = |c| self.luminance_min.is_some_and(|least| luminance(c) < least);
+        if colour.is_some_and(too_dark) {
+            return PointClass::Dark;
+        }
+        let height_mm = self.belt.map(|belt| belt.height_mm(point));
+        let colour_decides = match self.colour_use {
+            ColourUse::Off => false,
+            ColourUse::Everywhere => true,
+            ColourUse::Below(limit_mm) => height_mm.is_some_and(|h| h <= limit_mm),
+        };
+        if colour_decides && colour.is_some_and(|c| self.colours.matches(c)) {
+            return PointClass::Colour;
+        }
+        match height_mm {
+            Some(h) if h <= self.clearance_mm => PointClass::Belt,
+            Some(h) if h > self.highest_mm => PointClass::Stray,
+            _ => PointClass::Kept,
+        }
+    }
+}
+
+/// Height in mm above the belt that is still the belt: 3.5 standard deviations, but no more than 0.6 of the thickness, so
+/// that a flat part on the belt stays; never less than 2.5 standard deviations, or the belt's own noise would be kept.
+fn default_clearance_mm(belt: &BeltPlane, thickness_mm: f64) -> f64 {
+    let wanted_mm = 3.5 * belt.sigma_mm;
+    if thickness_mm > 0.0 { wanted_mm.min(0.6 * thickness_mm).max(2.5 * belt.sigma_mm) } else { wanted_mm }
+}
+
+#[allow(clippy::too_many_arguments, reason = "a straight step of the pipeline; a struct would only rename its inputs")]
+fn rules<'a>(
+    cloud: &PointCloud,
+    bright: &[u32],
+    belt: Option<BeltPlane>,
+    luminance_min: Option<f64>,
+    colours: &'a BeltColours,
+    texture: Texture,
+    settings: &BackgroundSettings,
+    hints: &ScanHints,
+    warnings: &mut Vec<String>,
+) -> Result<Rules<'a>, Refusal> {
+    let clearance_mm = match (&belt, settings.belt_clearance_mm) {
+        (_, Some(given)) => given,
+        (Some(belt), None) => default_clearance_mm(belt, hints.thickness_mm),
+        (None, None) => 0.0,
+    };
+    let tallest_mm = hints.part_extents_mm.iter().copied().fold(0.0, f64::max) + hints.thickness_mm;
+    let highest_mm = if hints.has_size() { clearance_mm + 1.2 * tallest_mm } else { f64::INFINITY };
+    let mut rules = Rules { luminance_min, colours, colour_use: ColourUse::Off, belt, clearance_mm, highest_mm };
+    if let (Some(all), false) = (&cloud.colours, settings.belt_colours.is_empty()) {
+        let sample: Vec<(Point3, [u8; 3])> = stratified(bright.len(), 50_000, 5)
+            .into_iter()
+            .map(|k| bright[k as usize] as usize)
+            .map(|index| (cloud.positions[index], all[index]))
+            .collect();
+        rules.colour_use = match belt {
+            Some(_) => colour_near_belt(&rules, &sample, hints, warnings),
+            None => colour_alone(&rules, &sample, bright.len(), texture, hints, warnings)?,
+        };
+    }
+    Ok(rules)
+}
+
+/// With a belt: colour decides up to twice the thickness above it (the noisy rim of the belt), if it can tell belt from part.
+fn colour_near_belt(
+    rules: &Rules,
+    sample: &[(Point3, [u8; 3])],
+    hints: &ScanHints,
+    warnings: &mut Vec<String>,
+) -> ColourUse {
+    let Some(belt) = rules.belt else { return ColourUse::Off };
+    let limit_mm = rules.clearance_mm + 2.0 * hints.thickness_mm.max(2.0 * belt.sigma_mm);
+    let above = |least_mm: f64| {
+        let part = sample.iter().filter(move |(p, _)| belt.height_mm(p) > least_mm);
+        part.fold((0usize, 0usize), |(all, belt_coloured), (_, colour)| {
+            (all + 1, belt_coloured + usize::from(rules.colours.matches(*colour)))
+        })
+    };
+    // Points above the limit are surely not belt; a flat part has none, so all that is kept is judged as well.
+    let (high, high_coloured) = above(limit_mm);
+    let (kept, kept_coloured) = above(rules.clearance_mm);
+    let part_has_colour = high >= 100 && high_coloured as f64 > 0.05 * high as f64;
+    if part_has_colour || kept_coloured as f64 > 0.2 * kept as f64 {
+        if rules.clearance_mm < limit_mm && kept_coloured > 0 {
+            warnings.push("the part has the belt's colour too: colour was not used to remove points".into());
+        }
+        return ColourUse::Off;
+    }
+    ColourUse::Below(limit_mm)
+}
+
+/// Without a belt plane: colour decides everywhere, unless it would take the part as well.
+fn colour_alone(
+    rules: &Rules,
+    sample: &[(Point3, [u8; 3])],
+    points: usize,
+    texture: Texture,
+    hints: &ScanHints,
+    warnings: &mut Vec<String>,
+) -> Result<ColourUse, Refusal> {
+    let left = sample.iter().filter(|(_, colour)| !rules.colours.matches(*colour)).count();
+    let left_share = left as f64 / sample.len().max(1) as f64;
+    let spacing_sq = texture.spacing_mm * texture.spacing_mm;
+    let all_mm2 = points as f64 * spacing_sq;
+    let left_mm2 = left_share * all_mm2;
+    let too_little =
+        if hints.has_size() { left_mm2 < 0.1 * hints.part_area_mm2.min(all_mm2) } else { left_share < 0.01 };
+    if !too_little {
+        return Ok(ColourUse::Everywhere);
+    }
+    let more_than_a_part = hints.has_size() && all_mm2 > 1.3 * hints.part_area_mm2;
+    if more_than_a_part && left_mm2 < LEAST_BODY * hints.part_area_mm2 {
+        return Err(Refusal::new(
+            format!(
+                "{:.1} % of the points have the belt's colour, nothing else is in view",
+                100.0 * (1.0 - left_share)
+            ),
+            "see whether a part lies on the belt, and whether background.belt_colours and colour_tolerance leave out its colour",
+        ));
+    }
+    if more_than_a_part {
+        return Ok(ColourUse::Everywhere);
+    }
+    warnings.push("nearly all points have the belt's colour: colour was not used to remove points".into());
+    Ok(ColourUse::Off)
+}
+
+fn classify(cloud: &PointCloud, rules: &Rules) -> Vec<PointClass> {
+    let mut classes = vec![PointClass::Kept; cloud.len()];
+    classes.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, classes)| {
+        let start = chunk * CHUNK;
+        for (k, class) in classes.iter_mut().enumerate() {
+            let colour = cloud.colours.as_ref().map(|all| all[start + k]);
+            *class = rules.class(&cloud.positions[start + k], colour);
+        }
+    });
+    classes
+}
+
+fn kept_indices(classes: &[PointClass]) -> Vec<u32> {
+    let chunks: Vec<Vec<u32>> = classes
+        .par_chunks(CHUNK)
+        .enumerate()
+        .map(|(chunk, classes)| {
+            let kept = classes.iter().enumerate().filter(|(_, class)| **class == PointClass::Kept);
+            kept.map(|(k, _)| (chunk * CHUNK + k) as u32).collect()
+        })
+        .collect();
+    chunks.concat()
+}
+
+/// Takes out the stray points and sees whether what is left can be a part. Gives the kept points and their spacing.
+fn settle_kept(
+    cloud: &PointCloud,
+    classes: &mut [PointClass],
+    overall: Texture,
+    rules: &Rules,
+    hints: &ScanHints,
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<u32>, f64), Refusal> {
+    let candidates = kept_indices(classes);
+    if candidates.len() < FEWEST_POINTS {
+        return Err(nothing_left(candidates.len(), rules));
+    }
+    let part_mm = if hints.has_size() { hints.diagonal_mm() } else { 200.0 * overall.spacing_mm };
+    let found = components(&cloud.positions, &candidates, overall.spacing_mm, 0.1 * part_mm, part_mm);
+    let point_mm2 = overall.spacing_mm * overall.spacing_mm;
+    let body_mm2 = found.body_points as f64 * point_mm2;
+    if found.body_points < FEWEST_POINTS || body_mm2 < LEAST_BODY * hints.part_area_mm2 {
+        return Err(nothing_left(found.body_points, rules));
+    }
+    for &k in &found.stray {
+        classes[k as usize] = PointClass::Stray;
+    }
+    let kept = kept_indices(classes);
+    let spacing_mm = texture(&cloud.positions, &kept, 6).map_or(overall.spacing_mm, |t| t.spacing_mm);
+    if hints.has_size() && body_mm2 > 1.5 * hints.part_area_mm2 {
+        warnings.push(format!(
+            "{:.0} cm² are left, more than the part's {:.0} cm²: something else is in view, or belt was left",
+            body_mm2 / 100.0,
+            hints.part_area_mm2 / 100.0
+        ));
+    }
+    Ok((kept, spacing_mm))
+}
+
+fn nothing_left(points: usize, rules: &Rules) -> Refusal {
+    if rules.belt.is_some() {
+        Refusal::new(
+            "no part on the belt: nothing stands out above it",
+            "see whether a part is in view; for a very flat part set background.belt_clearance_mm below its thickness",
+        )
+    } else if rules.colour_use == ColourUse::Everywhere {
+        Refusal::new(
+            "no part in view: nearly all points have the belt's colour",
+            "see whether a part is in view, and whether background.belt_colours leave out its colour",
+        )
+    } else {
+        Refusal::new(
+            format!("no part in view: only {points} points form a surface"),
+            "see whether a part is in view and whether the scan is complete",
+        )
+    }
+}
