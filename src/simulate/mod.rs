@@ -5,9 +5,11 @@
 
 pub mod blank;
 pub mod bracket;
+pub mod caster;
 pub mod displacement;
 pub mod forming;
 pub mod part;
+pub mod settle;
 pub mod shapes;
 
 pub use bracket::{BracketParameters, bracket};
