@@ -242,7 +242,6 @@ mod tests {
     fn nominal_bracket_has_the_size_of_the_demo_part() {
         let part = bracket(&BracketParameters::default());
         let extents = part.mesh.bounds().unwrap().extents();
-        eprintln!("{} triangles, {extents:?}, area {}", part.mesh.triangles.len(), part.mesh.area());
         assert!((12_000..30_000).contains(&part.mesh.triangles.len()), "{}", part.mesh.triangles.len());
         assert!((220.0..260.0).contains(&extents.x) && (170.0..200.0).contains(&extents.y), "{extents}");
         assert_eq!(part.comparison.len(), 26);

@@ -41,7 +41,8 @@ impl Caster {
     pub fn new(mesh: &Mesh) -> Self {
         let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
         let corners: Vec<[Point3; 3]> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
-        let middles: Vec<Point3> = corners.iter().map(|[a, b, c]| Point3::from((a.coords + b.coords + c.coords) / 3.0)).collect();
+        let middles: Vec<Point3> =
+            corners.iter().map(|[a, b, c]| Point3::from((a.coords + b.coords + c.coords) / 3.0)).collect();
         let mut nodes = Vec::new();
         if !order.is_empty() {
             let count = order.len();
@@ -112,7 +113,14 @@ impl Caster {
 }
 
 /// Median split along the longest side of the middles' box: a depth of at most 32 for any count of u32.
-fn split(nodes: &mut Vec<Node>, order: &mut [u32], first: usize, count: usize, corners: &[[Point3; 3]], middles: &[Point3]) {
+fn split(
+    nodes: &mut Vec<Node>,
+    order: &mut [u32],
+    first: usize,
+    count: usize,
+    corners: &[[Point3; 3]],
+    middles: &[Point3],
+) {
     let here = &mut order[first..first + count];
     let bounds = Aabb::of_points(here.iter().flat_map(|t| corners[*t as usize].iter())).expect("a node has triangles");
     let index = nodes.len();

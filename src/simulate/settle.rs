@@ -76,7 +76,10 @@ fn nearest_in_hull(contacts: &[Point3], centre: &Point3, flat: &impl Fn(Vector3)
     for _ in 0..64 {
         // The contact furthest towards the centre, seen from the best place.
         let pull = flat(centre - best);
-        let Some(next) = contacts.iter().max_by(|p, q| (*p - best).dot(&pull).total_cmp(&(*q - best).dot(&pull))) else { break };
+        let Some(next) = contacts.iter().max_by(|p, q| (*p - best).dot(&pull).total_cmp(&(*q - best).dot(&pull)))
+        else {
+            break;
+        };
         if (next - best).dot(&pull) < 1e-9 * pull.norm() {
             break;
         }
@@ -88,7 +91,11 @@ fn nearest_in_hull(contacts: &[Point3], centre: &Point3, flat: &impl Fn(Vector3)
 }
 
 /// Nearest place within up to four points' simplex (seen from above), with the points that carry it.
-fn nearest_of_triangle_fan(points: &[Point3], centre: &Point3, flat: &impl Fn(Vector3) -> Vector3) -> (Point3, Vec<Point3>) {
+fn nearest_of_triangle_fan(
+    points: &[Point3],
+    centre: &Point3,
+    flat: &impl Fn(Vector3) -> Vector3,
+) -> (Point3, Vec<Point3>) {
     let mut best = (f64::INFINITY, points[0], vec![points[0]]);
     let mut offer = |place: Point3, carried: Vec<Point3>| {
         let distance = flat(centre - place).norm();
@@ -114,7 +121,13 @@ fn nearest_of_triangle_fan(points: &[Point3], centre: &Point3, flat: &impl Fn(Ve
     (best.1, best.2)
 }
 
-fn inside_triangle(a: &Point3, b: &Point3, c: &Point3, centre: &Point3, flat: &impl Fn(Vector3) -> Vector3) -> Option<Point3> {
+fn inside_triangle(
+    a: &Point3,
+    b: &Point3,
+    c: &Point3,
+    centre: &Point3,
+    flat: &impl Fn(Vector3) -> Vector3,
+) -> Option<Point3> {
     let (e, f, g) = (flat(b - a), flat(c - a), flat(centre - a));
     let (ee, ef, ff, eg, fg) = (e.dot(&e), e.dot(&f), f.dot(&f), e.dot(&g), f.dot(&g));
     let det = ee * ff - ef * ef;

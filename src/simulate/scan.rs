@@ -1,0 +1,436 @@
+//! One scan: the part on the belt, seen by the rig, with the label of every point and the truth of the pose.
+//!
+//! Rays run straight down on the pixels of the image plane (a fused depth map); a place is measured when both cameras of
+//! one of the two bars see it. Points on the belt and on the part get the rig's noise; the sheet's cut faces are seen
+//! where they look up far enough.
+
+use super::blank::Uv;
+use super::caster::Caster;
+use super::field::SmoothField;
+use super::rig::{RigModel, Sampling, Stream, stream};
+use super::rim::Rims;
+use super::settle::{centre_of_mass, settle};
+use super::subject::Subject;
+use super::truth::ScanTruth;
+use crate::geometry::{CadFromScan, Isometry3, Point3, PointCloud, UnitVector3, Vector3};
+use crate::plan::{Geometry, Side};
+use crate::run::{Cancelled, RunContext};
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Poisson, StandardNormal, Uniform};
+use rayon::prelude::*;
+
+/// Pixel rows a chunk of work.
+const CHUNK_ROWS: usize = 16;
+/// Where the flash stands, belt frame, for rigs of 600 mm height; it scales with the height.
+const FLASH: [f64; 3] = [-450.0, 300.0, 650.0];
+/// Light that reaches places the flash does not.
+const SHADOW_LIGHT: f64 = 0.22;
+/// Noise grows by this in the shadow.
+const SHADOW_NOISE: f64 = 3.0;
+
+/// What a simulated point really is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Label {
+    /// The part (either face, or the sheet's cut face).
+    Part,
+    /// The belt.
+    Belt,
+    /// A point at a wrong depth.
+    Outlier,
+    /// A wrong point hanging in a hole.
+    Clutter,
+}
+
+/// How the part lies on the belt; what is left open is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseChoice {
+    /// The CAD direction that points up, before the part comes to rest.
+    pub up_cad: UnitVector3,
+    /// Let it tip until it lies still (else it floats exactly so).
+    pub settles: bool,
+    /// Turn about the vertical; `None`: any.
+    pub yaw_rad: Option<f64>,
+    /// Place of the box's middle on the belt, mm from the middle of the rig; `None`: within the rig's `wander_mm`.
+    pub at_mm: Option<[f64; 2]>,
+}
+
+impl PoseChoice {
+    /// Put down with that side of the sheet up, left to settle.
+    pub fn side(subject: &Subject, side: Side) -> Self {
+        let up = UnitVector3::try_new(subject.upper_direction() * side.sign(), 0.0).unwrap_or_else(Vector3::z_axis);
+        Self { up_cad: up, settles: true, yaw_rad: None, at_mm: None }
+    }
+
+    /// Put down with that CAD direction up, not settled: for resting poses computed elsewhere.
+    pub fn up(up_cad: UnitVector3) -> Self {
+        Self { up_cad, settles: false, yaw_rad: None, at_mm: None }
+    }
+}
+
+/// A scan with all that is known about it.
+#[derive(Debug, Clone)]
+pub struct SimulatedScan {
+    /// The cloud, mm, scan frame, with colours.
+    pub cloud: PointCloud,
+    /// What each point is.
+    pub labels: Vec<Label>,
+    /// The exact answers.
+    pub truth: ScanTruth,
+}
+
+/// Where everything stands.
+struct Scene<'a> {
+    rig: &'a RigModel,
+    caster: Caster,
+    subject: &'a Subject,
+    rims: Rims,
+    belt_from_cad: Isometry3,
+    cad_from_belt: Isometry3,
+    scan_from_belt: Isometry3,
+    /// Part's highest point above the belt.
+    top_mm: f64,
+    /// Part's box seen from above.
+    footprint: (Uv, Uv),
+    /// The measured area.
+    view: (Uv, Uv),
+    cameras: [Point3; 4],
+    flash: Point3,
+    depth: Option<SmoothField>,
+    texture: SmoothField,
+    wear: SmoothField,
+    wear_limit: f64,
+    blots: Vec<Uv>,
+}
+
+/// A point in the belt frame on its way into the cloud.
+struct Sample {
+    place: Point3,
+    colour: [u8; 3],
+    label: Label,
+}
+
+/// Simulates one scan. The same subject, rig, pose and seed give the same scan, with any number of threads.
+pub fn simulate_scan(
+    subject: &Subject,
+    rig: &RigModel,
+    pose: &PoseChoice,
+    seed: u64,
+    run: &RunContext,
+) -> Result<SimulatedScan, Cancelled> {
+    let scene = Scene::new(subject, rig, pose, seed);
+    run.check()?;
+    let rows = ((scene.view.1.y - scene.view.0.y) / rig.pixel_mm()).ceil() as usize;
+    let chunks: Result<Vec<Vec<Sample>>, Cancelled> = (0..rows.div_ceil(CHUNK_ROWS))
+        .into_par_iter()
+        .map(|chunk| {
+            run.check()?;
+            let rows = chunk * CHUNK_ROWS..rows.min((chunk + 1) * CHUNK_ROWS);
+            Ok(scene.chunk(rows, &mut stream(seed, Stream::Chunk(chunk))))
+        })
+        .collect();
+    let mut samples: Vec<Sample> = chunks?.into_iter().flatten().collect();
+    samples.extend(scene.clutter(&mut stream(seed, Stream::Clutter)));
+    let cad_from_scan = CadFromScan::new(scene.cad_from_belt * scene.scan_from_belt.inverse());
+    let up_cad = scene.cad_from_belt * Vector3::z_axis();
+    let side = if subject.upper_direction().dot(&up_cad) >= 0.0 { Side::Top } else { Side::Bottom };
+    let truth = ScanTruth::new(subject, cad_from_scan, side, seed);
+    Ok(SimulatedScan {
+        cloud: PointCloud {
+            positions: samples.iter().map(|s| scene.scan_from_belt * s.place).collect(),
+            colours: Some(samples.iter().map(|s| s.colour).collect()),
+            ..PointCloud::default()
+        },
+        labels: samples.iter().map(|s| s.label).collect(),
+        truth,
+    })
+}
+
+impl<'a> Scene<'a> {
+    fn new(subject: &'a Subject, rig: &'a RigModel, pose: &PoseChoice, seed: u64) -> Self {
+        let belt_from_cad = put_down(subject, rig, pose, &mut stream(seed, Stream::Pose));
+        let placed: Vec<Point3> = subject.solid.vertices.iter().map(|v| belt_from_cad * v).collect();
+        let box_belt = crate::geometry::Aabb::of_points(&placed)
+            .unwrap_or(crate::geometry::Aabb { min: Point3::origin(), max: Point3::origin() });
+        let footprint = (box_belt.min.xy(), box_belt.max.xy());
+        let margin = nalgebra::Vector2::repeat(rig.belt_margin_mm);
+        let view = (footprint.0 - margin, footprint.1 + margin);
+        let half = 0.5 * rig.base_mm;
+        let camera = |x: f64, y: f64| Point3::new(x * half, y * half, rig.distance_mm);
+        let correlated = rig.depth_correlated_variance_share > 0.0 && rig.correlation_length_mm > 0.0;
+        let wear = SmoothField::new(seed, Stream::WearRow, view.0, view.1, 25.0);
+        Self {
+            rig,
+            caster: Caster::new(&subject.solid),
+            subject,
+            rims: Rims::new(subject, rig.rim_rounding_mm),
+            belt_from_cad,
+            cad_from_belt: belt_from_cad.inverse(),
+            scan_from_belt: scan_from_belt(rig),
+            top_mm: box_belt.max.z,
+            footprint,
+            view,
+            cameras: [camera(-1.0, -1.0), camera(1.0, -1.0), camera(-1.0, 1.0), camera(1.0, 1.0)],
+            flash: Point3::from(Vector3::from(FLASH) * (rig.distance_mm / 600.0)),
+            depth: correlated
+                .then(|| SmoothField::new(seed, Stream::DepthRow, view.0, view.1, rig.correlation_length_mm)),
+            texture: SmoothField::new(seed, Stream::TextureRow, view.0, view.1, 2.0),
+            wear_limit: if rig.belt_wear_share > 0.0 {
+                wear.quantile(1.0 - rig.belt_wear_share)
+            } else {
+                f64::INFINITY
+            },
+            wear,
+            blots: blots(rig, view, &mut stream(seed, Stream::Blots)),
+        }
+    }
+
+    /// The points of some pixel rows.
+    fn chunk(&self, rows: std::ops::Range<usize>, rng: &mut ChaCha8Rng) -> Vec<Sample> {
+        let pixel = self.rig.pixel_mm();
+        let columns = ((self.view.1.x - self.view.0.x) / pixel).ceil() as usize;
+        let corner = |i: f64, j: f64| self.view.0 + nalgebra::Vector2::new(i, j) * pixel;
+        let mut samples = Vec::with_capacity(rows.len() * columns);
+        match self.rig.sampling {
+            Sampling::Lattice { jitter } => {
+                for j in rows {
+                    for i in 0..columns {
+                        let (a, b) = (signed(rng) * jitter, signed(rng) * jitter);
+                        let q = corner(i as f64 + 0.5 + a, j as f64 + 0.5 + b);
+                        samples.extend(self.sample(&q, rng));
+                    }
+                }
+            }
+            Sampling::Poisson => {
+                let mean = (rows.len() * columns) as f64;
+                let count = Poisson::new(mean).map_or(0.0, |p| p.sample(rng)) as usize;
+                for _ in 0..count {
+                    let (a, b) = (0.5 * (signed(rng) + 1.0), 0.5 * (signed(rng) + 1.0));
+                    let q = corner(a * columns as f64, rows.start as f64 + b * rows.len() as f64);
+                    samples.extend(self.sample(&q, rng));
+                }
+            }
+        }
+        samples
+    }
+
+    /// The point on one pixel's ray, if it is measured.
+    fn sample(&self, q: &Uv, rng: &mut ChaCha8Rng) -> Option<Sample> {
+        // Drawn before anything is decided: a point's numbers do not depend on what the ray meets.
+        let lost = unit(rng) < self.rig.dropout;
+        let outlier = unit(rng) < self.rig.outlier_share;
+        let outlier_depth = signed(rng) * self.rig.outlier_spread_mm;
+        let [nx, ny, nz, tint]: [f64; 4] = std::array::from_fn(|_| StandardNormal.sample(rng));
+        if lost || self.blots.iter().any(|b| (b - q).norm_squared() < self.rig.missing_radius_mm.powi(2)) {
+            return None;
+        }
+        let (place, normal, label) = self.surface(q);
+        if !self.is_measured(&place, &normal, label) {
+            return None;
+        }
+        let lit = !self.is_hidden(&place, &self.flash);
+        let share = self.rig.depth_correlated_variance_share;
+        let depth = match &self.depth {
+            Some(field) => field.at(q) * share.sqrt() + nz * (1.0 - share).sqrt(),
+            None => nz,
+        };
+        let plane = self.rig.noise_plane_mm;
+        let noise = Vector3::new(nx * plane, ny * plane, depth * self.rig.noise_depth_mm);
+        let noise = if lit { noise } else { noise * SHADOW_NOISE };
+        let colour = self.colour(q, &normal, label, lit, tint);
+        let (off, label) = if outlier { (outlier_depth, Label::Outlier) } else { (0.0, label) };
+        Some(Sample { place: place + noise + Vector3::z() * off, colour, label })
+    }
+
+    /// What the ray down on `q` meets: place and normal in the belt frame.
+    fn surface(&self, q: &Uv) -> (Point3, Vector3, Label) {
+        let belt = (Point3::new(q.x, q.y, 0.0), Vector3::z(), Label::Belt);
+        let (low, high) = self.footprint;
+        if q.x < low.x || q.y < low.y || q.x > high.x || q.y > high.y {
+            return belt;
+        }
+        let height = self.top_mm + 1.0;
+        let origin = self.cad_from_belt * Point3::new(q.x, q.y, height);
+        let down = self.cad_from_belt * -Vector3::z();
+        let Some(hit) = self.caster.first(&origin, &down, 0.0, height) else { return belt };
+        let place = origin + down * hit.t;
+        let triangle = hit.triangle as usize;
+        let Some(normal) = self.subject.solid.normal(triangle) else { return belt };
+        let place = match self.rims.rounded(triangle, &place) {
+            Some(drop) => place - normal.into_inner() * drop,
+            None => place,
+        };
+        (self.belt_from_cad * place, self.belt_from_cad * normal.into_inner(), Label::Part)
+    }
+
+    /// Whether both cameras of a bar see the place.
+    fn is_measured(&self, place: &Point3, normal: &Vector3, label: Label) -> bool {
+        let flattest = self.rig.incidence_max_deg.to_radians().cos();
+        let sees = |camera: &Point3| {
+            let towards = (camera - place).normalize();
+            (label == Label::Belt || towards.dot(normal) > flattest) && !self.is_hidden(place, camera)
+        };
+        (sees(&self.cameras[0]) && sees(&self.cameras[1])) || (sees(&self.cameras[2]) && sees(&self.cameras[3]))
+    }
+
+    /// Whether the part stands between a place and a viewer.
+    fn is_hidden(&self, place: &Point3, viewer: &Point3) -> bool {
+        let towards = viewer - place;
+        // Above the part's top the way is free; most places of the belt see it over the footprint's rim only.
+        let t = ((self.top_mm - place.z) / towards.z).clamp(0.0, 1.0);
+        let leaves = place + towards * t;
+        let (low, high) = self.footprint;
+        if place.x.max(leaves.x) < low.x
+            || place.y.max(leaves.y) < low.y
+            || place.x.min(leaves.x) > high.x
+            || place.y.min(leaves.y) > high.y
+        {
+            return false;
+        }
+        // 0.02 mm free of the own surface.
+        let from = 0.02 / towards.norm();
+        self.caster.is_blocked(&(self.cad_from_belt * place), &(self.cad_from_belt * towards), from, t)
+    }
+
+    fn colour(&self, q: &Uv, normal: &Vector3, label: Label, lit: bool, tint: f64) -> [u8; 3] {
+        let worn = label == Label::Belt && self.wear.at(q) > self.wear_limit;
+        let base = if label == Label::Belt && !worn { self.rig.belt_colour } else { self.rig.part_colour };
+        let shade = if label == Label::Belt { 1.0 } else { 0.75 + 0.25 * normal.z.abs() };
+        let light = if lit { 1.0 } else { SHADOW_LIGHT };
+        let grain = 5.0 * self.texture.at(q) + 3.0 * tint;
+        base.map(|c| ((f64::from(c) * shade + grain) * light).round().clamp(0.0, 255.0) as u8)
+    }
+
+    /// Wrong points in the plan's holes and slots, within 0.3 mm of the sheet.
+    fn clutter(&self, rng: &mut ChaCha8Rng) -> Vec<Sample> {
+        let openings = self.subject.actual_features.iter().chain(&self.subject.actual_comparison);
+        let mut samples = Vec::new();
+        for geometry in openings {
+            for _ in 0..self.rig.clutter_per_hole {
+                let (a, b, depth) = (signed(rng), signed(rng), 0.3 * signed(rng));
+                let Some(place) = in_opening(geometry, a, b, depth) else { continue };
+                let place = self.belt_from_cad * self.subject.displaced(&place);
+                let colour = self.colour(&place.xy(), &Vector3::z(), Label::Clutter, false, 0.0);
+                samples.push(Sample { place, colour, label: Label::Clutter });
+            }
+        }
+        samples
+    }
+}
+
+/// A place within an opening, for coordinates -1..1 in the sheet and a depth; `None` outside or for other geometry.
+fn in_opening(geometry: &Geometry, a: f64, b: f64, depth_mm: f64) -> Option<Point3> {
+    match geometry {
+        Geometry::Hole { centre, axis, diameter_mm, .. } => {
+            let x = across(axis);
+            let y = axis.cross(&x);
+            (a * a + b * b < 1.0).then(|| centre + (x * a + y * b) * (0.5 * diameter_mm) + axis.into_inner() * depth_mm)
+        }
+        Geometry::Slot { centre, axis, direction, length_mm, width_mm } => {
+            let (x, y) = (0.5 * length_mm * a, 0.5 * width_mm * b);
+            let past = (x.abs() - 0.5 * (length_mm - width_mm)).max(0.0);
+            let across = axis.cross(direction);
+            (past.hypot(y) < 0.5 * width_mm)
+                .then(|| centre + direction.into_inner() * x + across * y + axis.into_inner() * depth_mm)
+        }
+        _ => None,
+    }
+}
+
+/// The part on the belt: up as asked (settled), turned, its box's middle where it is to be, its lowest point on the belt.
+fn put_down(subject: &Subject, rig: &RigModel, pose: &PoseChoice, rng: &mut ChaCha8Rng) -> Isometry3 {
+    let (turn, x, y) = (signed(rng) * std::f64::consts::PI, signed(rng) * rig.wander_mm, signed(rng) * rig.wander_mm);
+    let up = if pose.settles {
+        let centre = centre_of_mass(&subject.face(Side::Top));
+        settle(&subject.solid.vertices, &centre, pose.up_cad)
+    } else {
+        pose.up_cad
+    };
+    let upright = UnitQuaternion::rotation_between_axis(&up, &Vector3::z_axis())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw_rad.unwrap_or(turn)) * upright;
+    let turned: Vec<Point3> = subject.solid.vertices.iter().map(|v| rotation * v).collect();
+    let Some(bounds) = crate::geometry::Aabb::of_points(&turned) else { return Isometry3::identity() };
+    let [x, y] = pose.at_mm.unwrap_or([x, y]);
+    let middle = bounds.centre();
+    let shift = Translation3::new(x - middle.x, y - middle.y, -bounds.min.z - rig.belt_sink_mm);
+    Isometry3::from_parts(shift, rotation)
+}
+
+/// The scan frame: the camera's, looking along `view_direction` from the origin, the belt at the rig's distance, not
+/// quite square to the view.
+fn scan_from_belt(rig: &RigModel) -> Isometry3 {
+    let look = rig.view_direction;
+    let x = across(&look);
+    let square = Matrix3::from_columns(&[x, (-look.into_inner()).cross(&x), -look.into_inner()]);
+    let square = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(square));
+    let tilt_axis = UnitVector3::new_normalize(Vector3::new(0.8, -0.6, 0.0));
+    let tilt = UnitQuaternion::from_axis_angle(&tilt_axis, rig.camera_tilt_deg.to_radians());
+    Isometry3::from_parts(Translation3::from(look.into_inner() * rig.distance_mm), square * tilt)
+}
+
+/// Middles of the blots: as many as cover the asked share of the view, overlaps counted.
+fn blots(rig: &RigModel, (low, high): (Uv, Uv), rng: &mut ChaCha8Rng) -> Vec<Uv> {
+    let area = (high.x - low.x) * (high.y - low.y);
+    let one = std::f64::consts::PI * rig.missing_radius_mm.powi(2);
+    let share = rig.missing_share.clamp(0.0, 0.95);
+    let count = if one > 0.0 { (-(1.0 - share).ln() * area / one).round() as usize } else { 0 };
+    let middle = nalgebra::center(&low, &high);
+    let half = 0.5 * (high - low);
+    (0..count).map(|_| middle + nalgebra::Vector2::new(signed(rng) * half.x, signed(rng) * half.y)).collect()
+}
+
+/// A unit vector across a direction.
+fn across(direction: &UnitVector3) -> Vector3 {
+    let other = if direction.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    direction.cross(&other).normalize()
+}
+
+/// Even in -1..1.
+fn signed(rng: &mut ChaCha8Rng) -> f64 {
+    2.0 * unit(rng) - 1.0
+}
+
+/// Even in 0..1.
+fn unit(rng: &mut ChaCha8Rng) -> f64 {
+    Uniform::new(0.0, 1.0).map_or(0.5, |u| u.sample(rng))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::{BracketParameters, bracket};
+
+    fn scan(rig: &RigModel, side: Side, seed: u64) -> (Subject, SimulatedScan) {
+        let subject = Subject::perfect(&bracket(&BracketParameters::default()));
+        let pose = PoseChoice::side(&subject, side);
+        let scan = simulate_scan(&subject, rig, &pose, seed, &RunContext::silent()).unwrap();
+        (subject, scan)
+    }
+
+    #[test]
+    fn noise_free_points_lie_on_the_part_in_the_true_pose() {
+        for (side, seed) in [(Side::Top, 3), (Side::Bottom, 4)] {
+            let (subject, scan) = scan(&RigModel::perfect(0.4), side, seed);
+            assert_eq!(scan.truth.side, side.key());
+            let caster = Caster::new(&subject.solid);
+            let cad_from_scan = CadFromScan::try_from_row_major(&scan.truth.cad_from_scan).unwrap();
+            let up = subject.upper_direction().normalize();
+            let mut on_part = 0;
+            for (p, label) in scan.cloud.positions.iter().zip(&scan.labels) {
+                let p = cad_from_scan.point(p);
+                let near = caster.first(&(p + up * 1e-3), &-up, 0.0, 2e-3);
+                match label {
+                    Label::Part => {
+                        let hit = near.expect("a point of the part lies on the part");
+                        // Oblique faces stretch the height over a distance by at most 1 / cos 70.
+                        assert!((hit.t - 1e-3).abs() < 1e-6, "{side:?} {}", hit.t - 1e-3);
+                        on_part += 1;
+                    }
+                    _ => assert_eq!(*label, Label::Belt),
+                }
+            }
+            assert!(on_part > 8_000, "{on_part}");
+        }
+    }
+}
