@@ -6,13 +6,23 @@
 //!
 //! Everything is in the CAD frame, mm. Nothing here depends on a scan.
 
+mod cache;
 mod face;
+mod load;
 mod model;
 mod prepare;
 mod resting;
 mod samples;
 mod skin;
+mod solid;
 
+pub use cache::cache_path;
 pub use face::{Face, FaceHit, FaceSample};
+pub use load::{CacheUse, load_or_prepare};
 pub use model::{Part, PartSettings};
 pub use resting::RestingPose;
+
+#[cfg(test)]
+mod shapes;
+#[cfg(test)]
+mod tests;

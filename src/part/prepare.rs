@@ -1,6 +1,6 @@
 //! From the triangles of a CAD file to a part.
 
-use super::{Face, Part, PartSettings, resting, skin};
+use super::{Face, Part, PartSettings, resting, skin, solid};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::boundary::{self, Adjacency};
 use crate::geometry::weld::weld;
@@ -28,7 +28,10 @@ impl Part {
         let mesh = clean(&mesh, diagonal, settings.cad_side, &mut warnings)?;
         run.check()?;
         let bounds = mesh.bounds().ok_or_else(|| Diagnostic::error("the CAD has no vertices"))?;
-        let faces = sheet_faces(&mesh, settings, &mut warnings);
+        let (faces, thickness_mm) = match settings.cad_side {
+            CadSide::Solid => solid_faces(&mesh, settings, &mut warnings),
+            _ => (sheet_faces(&mesh, settings, &mut warnings), settings.thickness_mm),
+        };
         run.check()?;
         let centroid = centroid(&mesh, &bounds);
         let points: Vec<Point3> = faces.iter().flat_map(|f| &f.mesh.vertices).copied().collect();
@@ -39,7 +42,7 @@ impl Part {
             mesh,
             bounds,
             cad_side: settings.cad_side,
-            thickness_mm: settings.thickness_mm,
+            thickness_mm,
             centroid,
             resting_poses,
             warnings,
@@ -131,6 +134,21 @@ fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>)
         }
     }
     [top.0, bottom.0]
+}
+
+/// Both faces of a sheet whose CAD is a closed solid, and its thickness.
+fn solid_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>) -> ([Face; 2], f64) {
+    if let Some(split) = solid::split(mesh, settings) {
+        let [top, bottom] = split.faces;
+        let (top, bottom) = rayon::join(|| Face::new(Side::Top, top), || Face::new(Side::Bottom, bottom));
+        return ([top, bottom], split.thickness_mm);
+    }
+    warnings
+        .push("CAD: the two faces of the sheet cannot be told apart, so the whole solid stands for each".to_owned());
+    let face = Face::new(Side::Top, mesh.clone());
+    let mut bottom = face.clone();
+    bottom.side = Side::Bottom;
+    ([face, bottom], settings.thickness_mm)
 }
 
 /// Area-weighted centroid of the surface.

@@ -10,7 +10,7 @@ pub(crate) const LANES: usize = 4;
 type Lanes = [f64; LANES];
 
 /// Framed triangles by component; lanes without a triangle hold NaN.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Pack {
     origin: [Lanes; 3],
     u: [Lanes; 3],
