@@ -79,8 +79,8 @@ fn read_root(
     let folder = path.parent().unwrap_or(Path::new(""));
     let problems = root.problems();
     schema(&root);
-    let part = required_section(&root, "part", "the part's name and sheet thickness").and_then(sections::part);
-    let cad = required_section(&root, "cad", "the CAD file").and_then(|table| sections::cad(table, folder));
+    let part = root.required_section("part", "the part's name and sheet thickness").and_then(sections::part);
+    let cad = root.required_section("cad", "the CAD file").and_then(|table| sections::cad(table, folder));
     let scans_given = root.optional("scans").is_some();
     let scans = match root.section("scans") {
         Some(table) => sections::scans(table, folder),
@@ -89,7 +89,7 @@ fn read_root(
     let background = root.section("background").map_or(Some(BackgroundSettings::default()), sections::background);
     let features = features(&root);
     let alignment =
-        required_section(&root, "alignment", "how the part is aligned").and_then(|table| alignment(table, &features));
+        root.required_section("alignment", "how the part is aligned").and_then(|table| alignment(table, &features));
     let (comparison, comparison_bytes, more) = comparison(&root, folder);
     let rig = root.section("rig").map_or(Some(None), |table| sections::rig(table).map(Some));
     let uncertainty = root.section("uncertainty").map_or(Some(UncertaintySettings::default()), sections::uncertainty);
@@ -143,11 +143,6 @@ fn schema(root: &TableReader<'_>) {
         let help = "this program reads plans of schema 1; a plan of another schema needs the program that wrote it";
         entry.wrong(format!("found {number}, expected 1"), help);
     }
-}
-
-fn required_section<'r>(root: &'r TableReader<'_>, key: &'static str, holds: &str) -> Option<TableReader<'r>> {
-    root.required(key, "a table of this name", format!("add a line [{key}] and under it {holds}"))?;
-    root.section(key)
 }
 
 fn axis_reading_line(root: &TableReader<'_>) -> usize {

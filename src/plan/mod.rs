@@ -12,6 +12,7 @@ pub mod expected;
 mod freedom;
 mod load;
 pub mod model;
+mod notation;
 mod problems;
 mod reader;
 mod sections;

@@ -83,6 +83,13 @@ impl<'a> TableReader<'a> {
         entry
     }
 
+    /// A table of its own that must be there, such as `[part]`; `holds` says what stands in it.
+    pub fn required_section(&self, key: &'static str, holds: &str) -> Option<TableReader<'_>> {
+        let help = format!("add a line [{key}] and under it {holds}");
+        self.required(key, "this table", help)?;
+        self.section(key)
+    }
+
     /// A table of its own below this one, such as `[part]`.
     pub fn section(&self, key: &'static str) -> Option<TableReader<'_>> {
         let entry = self.optional(key)?;
@@ -140,39 +147,52 @@ impl<'a> TableReader<'a> {
     /// likely stands for is not told twice. `explain` may give its own (message, help) for a key that is known elsewhere.
     pub fn finish(self, explain: impl Fn(&str, &[&'static str]) -> Option<(String, String)>) {
         let asked = self.asked.borrow();
-        let mut meant: Vec<&str> = Vec::new();
+        let mut meant: Vec<&'static str> = Vec::new();
         for (key, item) in self.table.iter() {
             if item.is_none() || asked.iter().any(|a| *a == key) {
                 continue;
             }
-            let free: Vec<&str> = asked.iter().copied().filter(|k| !self.table.contains_key(k)).collect();
-            let guess = nearest(key, free.iter().copied()).filter(|(_, near)| *near);
-            let guess = guess.or_else(|| nearest(key, asked.iter().copied()));
-            let shown: String = key.chars().take(60).flat_map(char::escape_debug).collect();
+            let (message, help) = self.unknown(key, &asked, &explain, &mut meant);
             let place = if self.place.is_empty() { String::new() } else { format!("{}: ", self.place) };
-            let plain = || {
-                let help = match guess {
-                    Some((known, true)) => format!("did you mean \"{known}\"?"),
-                    Some((known, false)) => {
-                        format!("the nearest known key is \"{known}\"; known here are {}", list_or(&asked, ""))
-                    }
-                    None => "remove it".to_owned(),
-                };
-                (format!("unknown key \"{shown}\""), help)
-            };
-            let (message, help) = match guess {
-                Some((known, true)) => {
-                    meant.push(known);
-                    plain()
-                }
-                _ => explain(key, &asked).unwrap_or_else(plain),
-            };
             self.problems.error(self.line_of(key), format!("{place}{message}"), help);
         }
         for missing in self.missing.borrow().iter().filter(|m| !meant.contains(&m.key) && !self.is_lost(m.key)) {
-            let message = format!("{}: found nothing, expected {}", self.label(missing.key), missing.expected);
+            let label = if self.place.is_empty() { format!("[{}]", missing.key) } else { self.label(missing.key) };
+            let label = if missing.key == "schema" { missing.key.to_owned() } else { label };
+            let message = format!("{label}: found nothing, expected {}", missing.expected);
             self.problems.error(self.line, message, missing.help.clone());
         }
+    }
+
+    /// Words and help for an unknown key: most likely it stands for a key that is not there yet, else it may be known elsewhere.
+    fn unknown(
+        &self,
+        key: &str,
+        asked: &[&'static str],
+        explain: &impl Fn(&str, &[&'static str]) -> Option<(String, String)>,
+        meant: &mut Vec<&'static str>,
+    ) -> (String, String) {
+        let shown: String = key.chars().take(60).flat_map(char::escape_debug).collect();
+        let words = format!("unknown key \"{shown}\"");
+        let free = asked.iter().copied().filter(|k| !self.table.contains_key(k) && !meant.contains(k));
+        if let Some((known, true)) = nearest(key, free) {
+            meant.push(known);
+            return (words, format!("did you mean \"{known}\"?"));
+        }
+        if let Some(explained) = explain(key, asked) {
+            return explained;
+        }
+        let help = match nearest(key, asked.iter().copied()) {
+            Some((known, true)) => format!("remove it; \"{known}\" is given as well"),
+            Some((known, false)) => {
+                format!(
+                    "the nearest known key is \"{known}\"; known here are {}",
+                    list_or(asked, "").replace(" or ", " and ")
+                )
+            }
+            None => "remove it".to_owned(),
+        };
+        (words, help)
     }
 
     fn is_lost(&self, key: &str) -> bool {

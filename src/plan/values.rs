@@ -98,7 +98,7 @@ pub(super) fn position(entry: Entry<'_>) -> Option<Point3> {
 
 /// A direction, made length one; says so when it was off by more than 1 %.
 pub(super) fn direction(entry: Entry<'_>) -> Option<UnitVector3> {
-    let written = triple(entry, "a direction", "[0, 0, 1]")?;
+    let written = triple(entry, "a direction of three numbers", "[0, 0, 1]")?;
     let largest = written.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     if largest < 1e-9 {
         entry.wrong("direction has length 0, expected a unit vector", "give a direction such as [0, 0, 1]");
@@ -146,15 +146,15 @@ pub(super) fn unit(reader: &TableReader<'_>) -> Option<LengthUnit> {
 }
 
 fn triple(entry: Entry<'_>, what: &str, example: &str) -> Option<[f64; 3]> {
-    let numbers = entry.numbers(&format!("{what} as three numbers"), example)?;
-    match numbers.as_slice() {
-        [x, y, z] => Some([*x, *y, *z]),
-        other => {
-            let words = format!("found {} numbers, expected {what} as three numbers", other.len());
-            entry.wrong(words, format!("write it such as {example}"));
-            None
-        }
-    }
+    let numbers = entry.numbers(what, example)?;
+    let help = match numbers.as_slice() {
+        [x, y, z] => return Some([*x, *y, *z]),
+        [_, _, _, _, _, _] => format!("numbers have a decimal point and commas between them, such as {example}"),
+        _ => format!("write it such as {example}"),
+    };
+    let count = if numbers.len() == 1 { "1 number".to_owned() } else { format!("{} numbers", numbers.len()) };
+    entry.wrong(format!("found {count}, expected {what}"), help);
+    None
 }
 
 /// `[0.707, 0, -0.707]`: three decimals without idle zeros.
