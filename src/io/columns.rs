@@ -3,6 +3,7 @@
 //! One code path for PLY (text and binary) and for delimited text: a [`Layout`] says what each column is, chunks of rows
 //! are read side by side into [`Rows`], and the chunks are joined in their order.
 
+use super::fault::Fault;
 use super::{LARGEST_COORDINATE_MM, TOO_FAR_HELP, too_far};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{Point3, PointCloud};
@@ -240,12 +241,12 @@ pub fn read_chunks<'a, C: Sync>(
     mm_per_unit: f64,
     expected: usize,
     run: &RunContext,
-    read: impl Fn(&C) -> Result<Rows<'a>, Diagnostic> + Sync,
+    read: impl Fn(&C) -> Result<Rows<'a>, Fault> + Sync,
 ) -> Result<Rows<'a>, ReadError> {
     let mut all = Rows::new(layout, mm_per_unit, expected);
     for some in chunks.chunks(CHUNKS_AT_ONCE) {
         run.check()?;
-        let parts: Vec<Result<Rows, Diagnostic>> = some.par_iter().map(&read).collect();
+        let parts: Vec<Result<Rows, Fault>> = some.par_iter().map(&read).collect();
         for part in parts {
             all.append(&part?);
         }

@@ -1,5 +1,6 @@
 //! Telling formats apart by what is in the file.
 
+use super::fault::Fault;
 use super::field::{number, words};
 use crate::diagnostic::Diagnostic;
 use std::path::Path;
@@ -29,9 +30,10 @@ const READABLE: &str = "STL, OBJ or PLY for CAD; PLY or text columns for scans";
 ///
 /// # Errors
 /// An empty file or one that is none of ours; formats that we know by name are named.
-pub fn detect(bytes: &[u8], file: &Path) -> Result<Format, Diagnostic> {
+pub fn detect(bytes: &[u8], file: &Path) -> Result<Format, Fault> {
     if bytes.is_empty() {
-        return Err(Diagnostic::error("the file is empty").with_help("copy or export the file again"));
+        let diagnostic = Diagnostic::error("the file is empty").with_help("copy or export the file again");
+        return Err(Fault::cut_off(diagnostic));
     }
     let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let text = without_mark(bytes);
@@ -40,7 +42,8 @@ pub fn detect(bytes: &[u8], file: &Path) -> Result<Format, Diagnostic> {
     }
     if let Some(name) = known_by_name(bytes) {
         return Err(Diagnostic::error(format!("{name}, expected {READABLE}"))
-            .with_help("export the data in one of these formats"));
+            .with_help("export the data in one of these formats")
+            .into());
     }
     if super::stl::size_fits(bytes) {
         return Ok(Format::StlBinary);
@@ -51,7 +54,8 @@ pub fn detect(bytes: &[u8], file: &Path) -> Result<Format, Diagnostic> {
         return match extension.as_str() {
             "stl" => Ok(Format::StlBinary),
             _ => Err(Diagnostic::error(format!("binary data of an unknown format, expected {READABLE}"))
-                .with_help("export the data in one of these formats, or copy the file again")),
+                .with_help("export the data in one of these formats, or copy the file again")
+                .into()),
         };
     }
     Ok(by_words(sample, &extension))
@@ -121,6 +125,7 @@ fn by_words(sample: &[u8], extension: &str) -> Format {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::ReadError;
 
     fn of(bytes: &[u8], name: &str) -> Option<Format> {
         detect(bytes, Path::new(name)).ok()
@@ -150,9 +155,10 @@ mod tests {
     #[test]
     fn formats_that_we_do_not_read_are_named() {
         for (bytes, name) in [(&b"ISO-10303-21;"[..], "STEP"), (b"PK\x03\x04..", "ZIP"), (b"\xff\xfe1\x00", "UTF-16")] {
-            let error = detect(bytes, Path::new("x.stl")).unwrap_err();
-            assert!(error.message.contains(name), "{error}");
+            let error = ReadError::from(detect(bytes, Path::new("x.stl")).unwrap_err());
+            assert!(matches!(&error, ReadError::Bad(said) if said.message.contains(name)), "{error}");
         }
-        assert!(detect(b"", Path::new("x.stl")).unwrap_err().message.contains("empty"));
+        let error = ReadError::from(detect(b"", Path::new("x.stl")).unwrap_err());
+        assert!(matches!(&error, ReadError::CutOff(said) if said.message.contains("empty")), "{error}");
     }
 }

@@ -6,6 +6,7 @@
 //! fixed number of decimals would have written more of them ([`FixedDecimals`]), or one more digit would have made the
 //! last number too large for its column.
 
+use super::fault::Fault;
 use super::field;
 use crate::diagnostic::Diagnostic;
 
@@ -138,12 +139,13 @@ impl FixedDecimals {
 }
 
 /// The message for a last line that may be cut off.
-pub fn may_be_cut_off(line: &Line) -> Diagnostic {
-    Diagnostic::error("the last line has no line end, so its last number may be cut off")
+pub fn may_be_cut_off(line: &Line) -> Fault {
+    let diagnostic = Diagnostic::error("the last line has no line end, so its last number may be cut off")
         .at_line(line.number)
         .with_help(
             "the file may still be being written or was cut off; copy it again, or end its last line with a line end",
-        )
+        );
+    Fault::cut_off(diagnostic)
 }
 
 #[cfg(test)]

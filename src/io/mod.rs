@@ -10,6 +10,7 @@
 //! [`lines`] for the rule).
 
 mod columns;
+mod fault;
 mod field;
 mod format;
 mod lines;
@@ -29,6 +30,9 @@ use crate::run::RunContext;
 use format::Format;
 use sha2::{Digest, Sha256};
 use std::path::Path;
+
+#[cfg(test)]
+mod fuzz;
 
 /// Largest coordinate that is taken for a measurement, mm: ten kilometres.
 pub const LARGEST_COORDINATE_MM: f64 = 1e7;

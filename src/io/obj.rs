@@ -1,5 +1,6 @@
 //! Wavefront OBJ: vertices and faces; everything else is passed over, and no material file is ever opened.
 
+use super::fault::Fault;
 use super::field::{excerpt, integer, not_a_number, number, words};
 use super::lines::{Line, Lines, may_be_cut_off};
 use super::polygon::triangulate;
@@ -27,15 +28,15 @@ pub fn read(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mesh, Re
 }
 
 /// A statement that may go on over lines that end with a backslash, and whether its last line has a line end.
-fn with_continuation<'a>(first: Line<'a>, lines: &mut Lines<'a>) -> Result<(Cow<'a, [u8]>, bool), Diagnostic> {
+fn with_continuation<'a>(first: Line<'a>, lines: &mut Lines<'a>) -> Result<(Cow<'a, [u8]>, bool), Fault> {
     let mut statement = Cow::Borrowed(first.text);
     let mut ended = first.ended;
     while let Some(begun) = statement.strip_suffix(b"\\") {
         let mut longer = begun.to_vec();
         let Some(line) = lines.next_line()? else {
-            return Err(Diagnostic::error("the file ends, expected the continuation of this line")
-                .at_line(first.number)
-                .with_help("the file was cut off; export or copy it again"));
+            let diagnostic = Diagnostic::error("the file ends, expected the continuation of this line")
+                .with_help("the file was cut off; export or copy it again");
+            return Err(Fault::cut_off(diagnostic.at_line(first.number)));
         };
         longer.push(b' ');
         longer.extend_from_slice(line.text);
@@ -56,12 +57,12 @@ struct Reader {
 }
 
 impl Reader {
-    fn statement(&mut self, statement: &[u8], line: Line, ended: bool) -> Result<(), Diagnostic> {
+    fn statement(&mut self, statement: &[u8], line: Line, ended: bool) -> Result<(), Fault> {
         let mut fields = words(statement);
         match fields.next() {
             Some(b"v") if !ended => Err(may_be_cut_off(&line)),
-            Some(b"v") => self.vertex(fields),
-            Some(b"f") => self.face(fields, ended, line),
+            Some(b"v") => Ok(self.vertex(fields)?),
+            Some(b"f") => self.face(fields, ended, line).map_err(|fault| fault.cut_off_if(!ended)),
             _ => Ok(()),
         }
     }
@@ -81,7 +82,7 @@ impl Reader {
     }
 
     /// `f 1 2 3`, `f 1/1 2/2 3/3`, `f 1//1 ...`, `f -3 -2 -1`, any number of corners.
-    fn face<'a>(&mut self, fields: impl Iterator<Item = &'a [u8]>, ended: bool, line: Line) -> Result<(), Diagnostic> {
+    fn face<'a>(&mut self, fields: impl Iterator<Item = &'a [u8]>, ended: bool, line: Line) -> Result<(), Fault> {
         self.corners.clear();
         let mut last: &[u8] = b"";
         for field in fields.take_while(|field| !field.starts_with(b"#")) {
@@ -96,8 +97,7 @@ impl Reader {
             n if n == self.corners.len() => n,
             _ => usize::MAX,
         };
-        triangulate(&self.corners, &self.mesh.vertices, &mut self.mesh.triangles);
-        Ok(())
+        Ok(triangulate(&self.corners, &self.mesh.vertices, &mut self.mesh.triangles)?)
     }
 
     /// The vertex that a field such as `7/1/2` or `-1` names.
@@ -139,7 +139,7 @@ mod tests {
 
     fn refused_at(text: &str) -> usize {
         match mesh(text) {
-            Err(ReadError::Bad(diagnostic)) => diagnostic.line.expect("a line"),
+            Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => diagnostic.line.expect("a line"),
             other => panic!("expected a refusal, got {other:?}"),
         }
     }

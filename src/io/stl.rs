@@ -3,6 +3,7 @@
 //! The facets are decoded here and not by `stl_io`: its reader tells neither the line nor the facet of an error, accepts
 //! NaN and surplus facets, and knows only lower-case keywords. `stl_io` writes our STL files (see `write`).
 
+use super::fault::Fault;
 use super::field::{excerpt, not_a_number, number, words};
 use super::lines::Lines;
 use super::{LARGEST_COORDINATE_MM, TOO_FAR_HELP, format, too_far};
@@ -34,18 +35,17 @@ pub fn size_fits(bytes: &[u8]) -> bool {
 pub fn read_binary(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mesh, ReadError> {
     let again = "the file was cut off or damaged; export or copy it again";
     let Some(claimed) = claimed_facets(bytes) else {
-        return Err(Diagnostic::error(format!("a binary STL of {} bytes, expected at least {HEADER}", bytes.len()))
-            .with_help(again)
-            .into());
+        let message = format!("a binary STL of {} bytes, expected at least {HEADER}", bytes.len());
+        return Err(Fault::cut_off(Diagnostic::error(message).with_help(again)).into());
     };
     if !size_fits(bytes) {
         let expected = HEADER as u64 + FACET as u64 * claimed;
-        return Err(Diagnostic::error(format!(
+        let diagnostic = Diagnostic::error(format!(
             "the header at byte 80 counts {claimed} facets, which makes {expected} bytes, but the file has {}",
             bytes.len()
         ))
-        .with_help(again)
-        .into());
+        .with_help(again);
+        return Err(Fault::from(diagnostic).cut_off_if((bytes.len() as u64) < expected).into());
     }
     check_count(claimed)?;
     let mut soup = Soup::new(mm_per_unit, claimed as usize);
@@ -146,13 +146,14 @@ pub fn read_text(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mes
         if line.number % FACETS_BETWEEN_CHECKS == 0 {
             run.check()?;
         }
-        expect = read_line(expect, line.text, &mut soup).map_err(|diagnostic| diagnostic.at_line(line.number))?;
+        expect = read_line(expect, line.text, &mut soup)
+            .map_err(|diagnostic| Fault::from(diagnostic.at_line(line.number)).cut_off_if(!line.ended))?;
     }
     if expect != Expect::Solid || lines.next_number() == 1 {
-        return Err(Diagnostic::error(format!("the file ends, expected {}", expect.words()))
+        let diagnostic = Diagnostic::error(format!("the file ends, expected {}", expect.words()))
             .at_line(lines.next_number().saturating_sub(1).max(1))
-            .with_help("the file was cut off; export or copy it again")
-            .into());
+            .with_help("the file was cut off; export or copy it again");
+        return Err(Fault::cut_off(diagnostic).into());
     }
     check_count(soup.vertices.len() as u64 / 3)?;
     Ok(soup.into_mesh())
@@ -217,7 +218,7 @@ mod tests {
 
     fn said(result: Result<Mesh, ReadError>) -> Diagnostic {
         match result {
-            Err(ReadError::Bad(diagnostic)) => *diagnostic,
+            Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => *diagnostic,
             other => panic!("expected a refusal, got {other:?}"),
         }
     }

@@ -5,6 +5,7 @@
 //! beginning, three whole numbers 0..255 that are a colour, and further properties called `column_4` and so on.
 
 use super::columns::{ColourScale, Layout, Role, Rows, read_chunks, too_many_points};
+use super::fault::Fault;
 use super::field::{excerpt, has_decimal_comma, integer, not_a_number, number, words};
 use super::format;
 use super::lines::{Chunks, FixedDecimals, Line, Lines, may_be_cut_off};
@@ -94,12 +95,15 @@ pub fn read(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<PointClo
     let head = read_head(&mut lines)?;
     let chunks = lines.take_chunks(u64::MAX)?;
     let sample = sample_rows(&chunks)?;
-    let Some(first) = sample.first() else { return Ok(PointCloud::default()) };
+    let Some(first) = sample.first() else {
+        check_promise(&head, 0, lines.next_number())?;
+        return Ok(PointCloud::default());
+    };
     let delimiter = Delimiter::of(first.text);
     let columns = delimiter.split(first.text).count();
+    check_last_line(&chunks, delimiter, columns)?;
     let layout = layout_of(&head, delimiter, first, &sample)?;
     check_count_fits(chunks.filled)?;
-    check_last_line(&chunks, delimiter)?;
     let expected = chunks.filled as usize;
     let rows = read_chunks(&chunks.chunks, &layout, mm_per_unit, expected, run, |chunk| {
         let mut chunk = chunk.clone();
@@ -293,20 +297,21 @@ fn check_count_fits(found: u64) -> Result<(), Diagnostic> {
 }
 
 /// A promised number of points must be kept.
-fn check_promise(head: &Head, found: u64, end: usize) -> Result<(), Diagnostic> {
+fn check_promise(head: &Head, found: u64, end: usize) -> Result<(), Fault> {
     match head.count {
         Some((count, line)) if count != found => {
-            Err(Diagnostic::error(format!("{found} points found, expected {count} as line {line} says"))
+            let diagnostic = Diagnostic::error(format!("{found} points found, expected {count} as line {line} says"))
                 .at_line(end.saturating_sub(1))
-                .with_help("the file was cut off or is still being written; copy it again"))
+                .with_help("the file was cut off, is still being written, or counts wrong; copy it again");
+            Err(Fault::from(diagnostic).cut_off_if(found < count))
         }
         _ => Ok(()),
     }
 }
 
-/// Refuses a last line without line end, unless every row has the same number of decimals in its last column, which a
-/// cut would have shortened.
-fn check_last_line(chunks: &Chunks, delimiter: Delimiter) -> Result<(), Diagnostic> {
+/// Refuses a last line without line end, unless it has all columns and every row has the same number of decimals in its
+/// last one, which a cut would have shortened.
+fn check_last_line(chunks: &Chunks, delimiter: Delimiter, columns: usize) -> Result<(), Fault> {
     let Some(last) = chunks.last.filter(|line| !line.ended) else { return Ok(()) };
     if comment(last.text).is_some() {
         return Ok(());
@@ -323,5 +328,10 @@ fn check_last_line(chunks: &Chunks, delimiter: Delimiter) -> Result<(), Diagnost
     }
     let mut own = FixedDecimals::default();
     own.see(&last_field(&last));
-    if matches!(own, FixedDecimals::Always(_)) && fixed == own { Ok(()) } else { Err(may_be_cut_off(&last)) }
+    let is_whole = matches!(own, FixedDecimals::Always(_)) && fixed == own;
+    let has_all = delimiter.split(last.text).count() == columns;
+    if is_whole && has_all { Ok(()) } else { Err(may_be_cut_off(&last)) }
 }
+
+#[cfg(test)]
+mod tests;

@@ -96,3 +96,71 @@ pub fn write_stl(out: &mut impl Write, mesh: &Mesh) -> io::Result<()> {
     });
     stl_io::write_stl(out, facets)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::LengthUnit;
+    use crate::io::{read_cloud, read_mesh};
+    use crate::run::RunContext;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::path::Path;
+
+    fn random_f32(rng: &mut ChaCha8Rng, range: f32) -> f32 {
+        rng.random_range(-range..range)
+    }
+
+    #[test]
+    fn a_cloud_read_after_writing_is_the_same() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        // At 1000 mm numbers are `float`, at 10^6 mm `double`; both hold numbers that are f32 already.
+        for range in [1000.0, 1e6] {
+            let random = |rng: &mut ChaCha8Rng| f64::from(random_f32(rng, range));
+            let points: Vec<Point3> =
+                (0..500).map(|_| Point3::new(random(&mut rng), random(&mut rng), random(&mut rng))).collect();
+            let colours: Vec<[u8; 3]> = (0..500).map(|_| rng.random()).collect();
+            let normals: Vec<[f32; 3]> = (0..500).map(|_| [0; 3].map(|_| random_f32(&mut rng, 1.0))).collect();
+            let scalar: Vec<f32> = (0..500).map(|_| random_f32(&mut rng, 1e9)).collect();
+            let mut bytes = Vec::new();
+            let scalars = [("deviation", &scalar[..]), ("Sigma_i", &scalar[..])];
+            write_ply_cloud(&mut bytes, &points, Some(&colours), Some(&normals), &scalars).unwrap();
+            let cloud = read_cloud(&bytes, Path::new("x.ply"), LengthUnit::Mm, &RunContext::silent()).unwrap();
+            assert_eq!(cloud.positions, points);
+            assert_eq!(cloud.colours.as_deref(), Some(&colours[..]));
+            assert_eq!(cloud.normals.as_deref(), Some(&normals[..]));
+            assert_eq!(cloud.scalar("deviation"), Some(&scalar[..]));
+            assert_eq!(cloud.scalar("Sigma_i"), Some(&scalar[..]));
+        }
+    }
+
+    #[test]
+    fn arrays_of_other_lengths_and_odd_names_are_not_written() {
+        let points = [Point3::origin()];
+        let mut out = Vec::new();
+        assert!(write_ply_cloud(&mut out, &points, Some(&[]), None, &[]).is_err());
+        assert!(write_ply_cloud(&mut out, &points, None, None, &[("a b", &[1.0])]).is_err());
+        assert!(write_ply_cloud(&mut out, &points, None, None, &[("a", &[])]).is_err());
+        assert!(out.is_empty());
+    }
+
+    #[test]
+    fn a_mesh_read_after_writing_has_the_same_corners() {
+        let mesh = Mesh {
+            vertices: vec![
+                Point3::new(0.0, 0.0, 0.5),
+                Point3::new(2.0, 0.0, 0.5),
+                Point3::new(0.0, 3.0, 0.5),
+                Point3::new(1e3, -7.25, 9.0),
+            ],
+            triangles: vec![[0, 1, 2], [2, 1, 3], [0, 0, 1]],
+        };
+        let mut bytes = Vec::new();
+        write_stl(&mut bytes, &mesh).unwrap();
+        let back = read_mesh(&bytes, Path::new("x.stl"), LengthUnit::Mm, &RunContext::silent()).unwrap();
+        assert_eq!(back.triangles.len(), mesh.triangles.len());
+        for t in 0..3 {
+            assert_eq!(back.corners(t), mesh.corners(t));
+        }
+    }
+}

@@ -85,3 +85,78 @@ fn every_odd_file_is_read_or_refused_with_help() {
         }
     }
 }
+
+#[test]
+fn meshes_have_the_triangles_that_their_programs_wrote() {
+    let Some(folder) = odd_files() else { return };
+    for (name, triangles) in [
+        ("bunny_99.stl", 99),
+        ("bunny_99_ascii.stl", 99),
+        ("unit_cube.STL", 12),
+        ("featuretype.STL", 3476),
+        ("octagonal_pocket.stl", 3262),
+        ("two_objects_mixed_case_names.stl", 24),
+        ("joined_tetrahedra.obj", 8),
+        ("negative_indices.obj", 12),
+        ("polygonfaces.obj", 3),
+        ("tobj__obj__quad.obj", 5),
+        ("cube.OBJ", 12),
+        ("metadata.ply", 2),
+        ("greg_turk_example1_ok_ascii.ply", 12),
+        ("fuze.ply", 1000),
+        ("suzanne.ply", 968),
+    ] {
+        let mesh = mesh_of(&named(&folder, name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(mesh.triangles.len(), triangles, "{name}");
+    }
+}
+
+#[test]
+fn text_and_binary_files_of_one_shape_agree() {
+    let Some(folder) = odd_files() else { return };
+    let shelf = mesh_of(&named(&folder, "platonic_shelf.ply")).unwrap();
+    assert_eq!((shelf.vertices.len(), shelf.triangles.len()), (50, 80));
+    for (name, tolerance_mm) in [("platonic_shelf_big_endian.ply", 0.0), ("platonic_shelf_ascii.ply", 1e-4)] {
+        let same = mesh_of(&named(&folder, name)).unwrap();
+        assert_eq!(same.triangles, shelf.triangles, "{name}");
+        // The text was written with six digits, and the shelf is less than 20 mm long.
+        let far = same.vertices.iter().zip(&shelf.vertices).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(far <= tolerance_mm, "{name}: {far} mm");
+    }
+    let binary = mesh_of(&named(&folder, "bunny_99.stl")).unwrap();
+    let text = mesh_of(&named(&folder, "bunny_99_ascii.stl")).unwrap();
+    // Decimal text is read as f64, the binary file holds f32: one rounding apart, relative 2^-24.
+    for (a, b) in text.vertices.iter().zip(&binary.vertices) {
+        assert!((a - b).norm() <= 1.2e-7 * b.coords.norm(), "{a} {b}");
+    }
+}
+
+#[test]
+fn clouds_keep_what_their_programs_wrote() {
+    let Some(folder) = odd_files() else { return };
+    for (name, points, colours, normals, scalars) in [
+        ("points_agisoft.xyz", 100, true, false, 0),
+        ("points_cloudcompare.xyz", 101, true, false, 1),
+        ("ripple_bin.ply", 10_201, true, true, 0),
+        ("train-1000.ply", 1000, false, true, 56),
+        ("ply_points_bin.ply", 8, false, true, 0),
+        ("points_ascii_with_lists.ply", 5, false, false, 0),
+        ("multi.ply", 4, true, false, 2),
+    ] {
+        let cloud = cloud_of(&named(&folder, name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(cloud.len(), points, "{name}");
+        assert_eq!((cloud.colours.is_some(), cloud.normals.is_some()), (colours, normals), "{name}");
+        assert_eq!(cloud.scalars.len(), scalars, "{name}");
+    }
+}
+
+#[test]
+fn faults_are_told_with_their_line() {
+    let Some(folder) = odd_files() else { return };
+    let refused = |name: &str| diagnostic(mesh_of(&named(&folder, name)).unwrap_err());
+    assert_eq!(refused("invalid_index.obj").line, Some(12));
+    let surplus = diagnostic(cloud_of(&named(&folder, "points_emptyascii.ply")).unwrap_err());
+    assert_eq!(surplus.line, Some(23));
+    assert!(refused("points_agisoft.xyz").help.unwrap().contains("STL"));
+    assert!(refused("emptyIO__stl_empty_bin.stl").message.contains("no faces"));
+}

@@ -1,6 +1,7 @@
 //! The body of a binary PLY.
 
 use super::super::columns::{Rows, read_chunks, too_many_points};
+use super::super::fault::Fault;
 use super::header::{Element, Encoding, Header, Kind, Number};
 use super::{Body, Faces, Wanted, corner, corners_property};
 use crate::diagnostic::{Diagnostic, ReadError};
@@ -55,12 +56,12 @@ impl Cursor<'_> {
     }
 
     /// Checks that the records of an element can be there at all, before anything is allocated for them.
-    fn check_claim(&self, element: &Element) -> Result<(), Diagnostic> {
+    fn check_claim(&self, element: &Element) -> Result<(), Fault> {
         let size = element.least_size() as u64;
         if element.count.checked_mul(size).is_some_and(|needed| needed <= self.left() as u64) {
             return Ok(());
         }
-        Err(Diagnostic::error(format!(
+        let diagnostic = Diagnostic::error(format!(
             "the header counts {} records of \"{}\" of at least {size} bytes, but from byte {} on only {} bytes are there",
             element.count,
             super::super::field::excerpt(element.name.as_bytes()),
@@ -68,11 +69,12 @@ impl Cursor<'_> {
             self.left()
         ))
         .at_line(element.line)
-        .with_help(CUT_OFF_HELP))
+        .with_help(CUT_OFF_HELP);
+        Err(Fault::cut_off(diagnostic))
     }
 
     /// The next number.
-    fn number(&mut self, number: Number) -> Result<f64, Diagnostic> {
+    fn number(&mut self, number: Number) -> Result<f64, Fault> {
         let end = self.offset + number.size();
         let Some(bytes) = self.bytes.get(self.offset..end) else {
             return Err(self.ends_early());
@@ -82,29 +84,32 @@ impl Cursor<'_> {
     }
 
     /// The count of a list, checked against the bytes that are left.
-    fn list_length(&mut self, count: Number, item: Number) -> Result<usize, Diagnostic> {
+    fn list_length(&mut self, count: Number, item: Number) -> Result<usize, Fault> {
         let at = self.offset;
         let length = self.number(count)?;
         if !(length >= 0.0 && length.fract() == 0.0) {
             return Err(Diagnostic::error(format!("list of length {length} at byte {at}, expected 0 or more"))
-                .with_help(CUT_OFF_HELP));
+                .with_help("the file is damaged; export it again")
+                .into());
         }
         if length * item.size() as f64 > self.left() as f64 {
-            return Err(Diagnostic::error(format!(
+            let diagnostic = Diagnostic::error(format!(
                 "list of length {length} at byte {at}, but only {} bytes are left",
                 self.left()
             ))
-            .with_help(CUT_OFF_HELP));
+            .with_help(CUT_OFF_HELP);
+            return Err(Fault::cut_off(diagnostic));
         }
         Ok(length as usize)
     }
 
-    fn ends_early(&self) -> Diagnostic {
-        Diagnostic::error(format!("the file ends at byte {}, expected more", self.bytes.len())).with_help(CUT_OFF_HELP)
+    fn ends_early(&self) -> Fault {
+        let message = format!("the file ends at byte {}, expected more", self.bytes.len());
+        Fault::cut_off(Diagnostic::error(message).with_help(CUT_OFF_HELP))
     }
 
     /// Steps over one property.
-    fn pass(&mut self, kind: Kind) -> Result<(), Diagnostic> {
+    fn pass(&mut self, kind: Kind) -> Result<(), Fault> {
         let size = match kind {
             Kind::Single(number) => number.size(),
             Kind::List { count, item } => self.list_length(count, item)? * item.size(),
@@ -134,11 +139,6 @@ fn decode(bytes: &[u8], number: Number, big_endian: bool) -> f64 {
         Number::F32 => f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
         Number::F64 => f64::from_le_bytes(b),
     }
-}
-
-fn at_record(diagnostic: Diagnostic, element: &str, record: u64) -> Diagnostic {
-    let message = format!("{element} {record} (from 0): {}", diagnostic.message);
-    Diagnostic { message, ..diagnostic }
 }
 
 fn read_vertices<'a>(
@@ -183,7 +183,7 @@ fn read_fixed_vertices<'a>(
             rows.push(value).map_err(|mut diagnostic| {
                 let byte = begin as u64 + record * size as u64;
                 diagnostic.message = format!("(byte {byte}) {}", diagnostic.message);
-                at_record(diagnostic, "vertex", record)
+                Fault::from(diagnostic).at_record("vertex", record)
             })?;
         }
         Ok(rows)
@@ -207,11 +207,13 @@ fn read_varying_vertices<'a>(
         }
         for (property, value) in element.properties.iter().zip(&mut values) {
             match property.kind {
-                Kind::Single(number) => *value = cursor.number(number).map_err(|d| at_record(d, "vertex", record))?,
-                list => cursor.pass(list).map_err(|d| at_record(d, "vertex", record))?,
+                Kind::Single(number) => {
+                    *value = cursor.number(number).map_err(|fault| fault.at_record("vertex", record))?
+                }
+                list => cursor.pass(list).map_err(|fault| fault.at_record("vertex", record))?,
             }
         }
-        rows.push(|column| Ok(values[column])).map_err(|d| at_record(d, "vertex", record))?;
+        rows.push(|column| Ok(values[column])).map_err(|d| Fault::from(d).at_record("vertex", record))?;
     }
     Ok(rows)
 }
@@ -235,7 +237,7 @@ fn read_faces(
                 }
                 other => cursor.pass(other),
             };
-            result.map_err(|diagnostic| at_record(diagnostic, "face", record))?;
+            result.map_err(|fault| fault.at_record("face", record))?;
         }
     }
     Ok(faces)
@@ -247,7 +249,7 @@ fn read_corners(
     item: Number,
     vertices: u64,
     faces: &mut Faces,
-) -> Result<(), Diagnostic> {
+) -> Result<(), Fault> {
     for _ in 0..cursor.list_length(count, item)? {
         let index = cursor.number(item)?;
         faces.corners.push(corner(index, vertices)?);
@@ -267,7 +269,7 @@ fn pass_over(cursor: &mut Cursor, element: &Element, run: &RunContext) -> Result
             run.check()?;
         }
         for property in &element.properties {
-            cursor.pass(property.kind).map_err(|diagnostic| at_record(diagnostic, &element.name, record))?;
+            cursor.pass(property.kind).map_err(|fault| fault.at_record(&element.name, record))?;
         }
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! The header of a PLY: elements, their counts and properties. Counts are claims until the body is looked at.
 
+use super::super::fault::Fault;
 use super::super::field::{excerpt, words};
 use super::super::lines::Lines;
 use crate::diagnostic::Diagnostic;
@@ -163,7 +164,7 @@ impl Header {
 }
 
 /// Reads the header.
-pub fn parse(bytes: &[u8]) -> Result<Header, Diagnostic> {
+pub fn parse(bytes: &[u8]) -> Result<Header, Fault> {
     let mut lines = Lines::new(bytes, 0, 1);
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
@@ -191,13 +192,14 @@ pub fn parse(bytes: &[u8]) -> Result<Header, Diagnostic> {
             Some(b"property") => {
                 let property = property_of(&fields).map_err(|d| d.at_line(number))?;
                 let Some(element) = elements.last_mut() else {
-                    return Err(strange(line.text, "\"element\" before its first property").at_line(number));
+                    let diagnostic = strange(line.text, "\"element\" before its first property");
+                    return Err(diagnostic.at_line(number).into());
                 };
                 element.properties.push(property);
                 false
             }
             None | Some(b"ply" | b"comment" | b"obj_info") => false,
-            Some(_) => return Err(strange(line.text, "a header line of a PLY").at_line(number)),
+            Some(_) => return Err(strange(line.text, "a header line of a PLY").at_line(number).into()),
         };
         if done {
             break;
@@ -206,7 +208,8 @@ pub fn parse(bytes: &[u8]) -> Result<Header, Diagnostic> {
     let Some(encoding) = encoding else {
         return Err(Diagnostic::error("no line \"format\" found in the header, expected one")
             .at_line(lines.next_number() - 1)
-            .with_help("the file is damaged; export it again"));
+            .with_help("the file is damaged; export it again")
+            .into());
     };
     Ok(Header { encoding, elements, body_offset: offset, body_line: lines.next_number() })
 }
@@ -215,10 +218,11 @@ fn end_of_line(bytes: &[u8], begin: usize) -> usize {
     bytes[begin..].iter().position(|&byte| byte == b'\n').map_or(bytes.len(), |end| begin + end + 1)
 }
 
-fn cut_off(line: usize) -> Diagnostic {
-    Diagnostic::error("the header ends before \"end_header\"")
+fn cut_off(line: usize) -> Fault {
+    let diagnostic = Diagnostic::error("the header ends before \"end_header\"")
         .at_line(line)
-        .with_help("the file was cut off or is still being written; copy it again")
+        .with_help("the file was cut off or is still being written; copy it again");
+    Fault::cut_off(diagnostic)
 }
 
 fn strange(line: &[u8], expected: &str) -> Diagnostic {
@@ -264,6 +268,7 @@ fn property_of(fields: &[&[u8]]) -> Result<Property, Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::ReadError;
 
     #[test]
     fn types_have_their_ranges() {
@@ -286,7 +291,9 @@ mod tests {
             ("ply\nelement vertex 1\nend_header\n", 3),
         ];
         for (text, line) in cases {
-            assert_eq!(parse(text.as_bytes()).unwrap_err().line, Some(line), "{text}");
+            let error = ReadError::from(parse(text.as_bytes()).unwrap_err());
+            let (ReadError::Bad(said) | ReadError::CutOff(said)) = error else { panic!("{error}") };
+            assert_eq!(said.line, Some(line), "{text}");
         }
     }
 }

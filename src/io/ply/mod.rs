@@ -8,6 +8,7 @@ mod header;
 mod text;
 
 use super::columns::{ColourScale, Layout, Role};
+use super::fault::Fault;
 use super::{format, polygon};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{Mesh, PointCloud};
@@ -45,8 +46,12 @@ pub fn read_mesh(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mes
         return Err(Diagnostic::error(message).with_help("the CAD is damaged; export it again").into());
     }
     let mut triangles = Vec::new();
-    for corners in body.faces.iter() {
-        polygon::triangulate(corners, &vertices, &mut triangles);
+    for (record, corners) in (0_u64..).zip(body.faces.iter()) {
+        if record % 65_536 == 0 {
+            run.check()?;
+        }
+        polygon::triangulate(corners, &vertices, &mut triangles)
+            .map_err(|diagnostic| Fault::from(diagnostic).at_record("face", record))?;
     }
     Ok(Mesh { vertices, triangles })
 }

@@ -1,6 +1,7 @@
 //! The body of a text PLY: one line a record.
 
 use super::super::columns::{Rows, read_chunks, too_many_points};
+use super::super::fault::Fault;
 use super::super::field::{excerpt, not_a_number, number, words};
 use super::super::lines::{Chunks, FixedDecimals, Line, Lines, may_be_cut_off};
 use super::header::{Element, Header, Kind, Number};
@@ -43,15 +44,16 @@ pub fn read(bytes: &[u8], header: &Header, wanted: &Wanted, run: &RunContext) ->
     Ok(body)
 }
 
-fn too_few(element: &Element, chunks: &Chunks, end: usize) -> Diagnostic {
-    Diagnostic::error(format!(
+fn too_few(element: &Element, chunks: &Chunks, end: usize) -> Fault {
+    let diagnostic = Diagnostic::error(format!(
         "the file ends after {} of {} records of \"{}\"",
         chunks.filled,
         element.count,
         excerpt(element.name.as_bytes())
     ))
     .at_line(end.saturating_sub(1))
-    .with_help("the file was cut off, is still being written, or its header counts wrong; copy or export it again")
+    .with_help("the file was cut off, is still being written, or its header counts wrong; copy or export it again");
+    Fault::cut_off(diagnostic)
 }
 
 fn read_vertices<'a>(
@@ -113,7 +115,7 @@ fn read_others(
         let mut chunk = chunk.clone();
         while let Some(line) = chunk.next_filled()? {
             read_other(&line, element, corners_property, vertices, &mut faces)
-                .map_err(|diagnostic| diagnostic.at_line(line.number))?;
+                .map_err(|fault| fault.at_line(line.number).cut_off_if(!line.ended))?;
         }
     }
     Ok(faces)
@@ -125,7 +127,7 @@ fn read_other(
     corners_property: Option<usize>,
     vertices: u64,
     faces: &mut Faces,
-) -> Result<(), Diagnostic> {
+) -> Result<(), Fault> {
     let mut record = Record { fields: words(line.text), line: line.text, found: 0 };
     // The largest value that the last number of the line may have, where we know it.
     let mut largest = None;
@@ -205,7 +207,7 @@ impl<'a, F: Iterator<Item = &'a [u8]>> Record<'a, F> {
 }
 
 /// A last vertex without a line end is whole when its last number cannot have had another digit.
-fn check_last_vertex(chunks: &Chunks, last: &Line, element: &Element) -> Result<(), Diagnostic> {
+fn check_last_vertex(chunks: &Chunks, last: &Line, element: &Element) -> Result<(), Fault> {
     let field = words(last.text).last().unwrap_or_default();
     let largest = match element.properties.last().map(|property| property.kind) {
         Some(Kind::Single(kind) | Kind::List { item: kind, .. }) => kind.largest_integer(),
