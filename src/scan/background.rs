@@ -82,7 +82,7 @@ struct Outcome {
 
 impl Outcome {
     fn into_scan(self, cloud: PointCloud) -> ConditionedScan {
-        let count = |class| self.classes.par_iter().filter(|c| **c == class).count();
+        let count = |class| self.classes.iter().filter(|c| **c == class).count();
         let removed = Removed {
             invalid: cloud.skipped_invalid,
             belt: count(PointClass::Belt),
@@ -146,12 +146,9 @@ fn luminance_threshold(cloud: &PointCloud, settings: &BackgroundSettings, dark_f
 
 /// Indices of the points that are not too dark, ascending.
 fn bright_points(cloud: &PointCloud, luminance_min: Option<f64>) -> Vec<u32> {
-    let all = 0..cloud.len() as u32;
     match (&cloud.colours, luminance_min) {
-        (Some(colours), Some(least)) => {
-            all.into_par_iter().filter(|&k| luminance(colours[k as usize]) >= least).collect()
-        }
-        _ => all.collect(),
+        (Some(colours), Some(least)) => indices_where(colours, |colour| luminance(*colour) >= least),
+        _ => (0..cloud.len() as u32).collect(),
     }
 }
 
@@ -372,12 +369,20 @@ fn classify(cloud: &PointCloud, rules: &Rules) -> Vec<PointClass> {
 }
 
 fn kept_indices(classes: &[PointClass]) -> Vec<u32> {
-    let chunks: Vec<Vec<u32>> = classes
+    indices_where(classes, |class| *class == PointClass::Kept)
+}
+
+/// Indices of the items that pass, ascending.
+fn indices_where<T: Sync>(items: &[T], passes: impl Fn(&T) -> bool + Sync) -> Vec<u32> {
+    let chunks: Vec<Vec<u32>> = items
         .par_chunks(CHUNK)
         .enumerate()
-        .map(|(chunk, classes)| {
-            let kept = classes.iter().enumerate().filter(|(_, class)| **class == PointClass::Kept);
-            kept.map(|(k, _)| (chunk * CHUNK + k) as u32).collect()
+        .map(|(chunk, items)| {
+            let mut found = Vec::with_capacity(items.len());
+            found.extend(
+                items.iter().enumerate().filter(|(_, item)| passes(item)).map(|(k, _)| (chunk * CHUNK + k) as u32),
+            );
+            found
         })
         .collect();
     chunks.concat()

@@ -3,7 +3,7 @@
 use super::synthetic::{Label, Labelled, Scene, Shape};
 use super::{ConditionedScan, PointClass, ScanHints, condition};
 use crate::diagnostic::Stop;
-use crate::geometry::{Isometry3, PointCloud, Vector3};
+use crate::geometry::{Isometry3, PointCloud, UnitVector3, Vector3};
 use crate::plan::model::BackgroundSettings;
 use crate::run::RunContext;
 
@@ -327,4 +327,34 @@ fn any_number_of_threads_gives_the_same_scan() {
         pool.install(|| run(&made, &with_colour(&scene)))
     };
     assert!(with_threads(1) == with_threads(3));
+}
+
+/// One scene that was hard each: what was wrong is in the comment.
+#[test]
+fn scenes_that_were_hard_once() {
+    let base = Scene { points: 60_000, ..Scene::default() };
+    let panel = Scene { shape: Shape::Panel, view_mm: [230.0, 170.0], part_at_mm: [25.0, 0.0], ..base.clone() };
+    let scenes = [
+        // The panel five standard deviations above drew the belt's plane up.
+        Scene { thickness_mm: 0.6, wear: 1.0, ..panel.clone() },
+        Scene { thickness_mm: 1.5, noise_mm: 0.25, ..panel.clone() },
+        // Waves larger than the noise left their crests.
+        Scene { thickness_mm: 1.5, noise_mm: 0.05, wave_mm: 0.3, ..panel },
+        // A steep plane widened until it held the whole belt, when the camera was not known.
+        Scene { shape: Shape::Dome, view_mm: [400.0, 300.0], seed: 3, ..base.clone() },
+        Scene { shape: Shape::Plate, thickness_mm: 0.6, wear: 1.0, ..base.clone() },
+        // Without any noise every width is zero.
+        Scene { shape: Shape::Bracket, noise_mm: 0.0, spikes: 0.0, ..base.clone() },
+        // Few points: a coarse sensor.
+        Scene { points: 4_000, spikes: 0.05, ..base },
+    ];
+    for scene in scenes {
+        let made = scene.make();
+        let slanted = UnitVector3::new_normalize(made.scan_from_belt.rotation * Vector3::new(0.5, 0.2, -1.0));
+        for view_direction in [made.hints.view_direction, None, Some(slanted)] {
+            let scan = run_with(&made, &plane_only(), &ScanHints { view_direction, ..made.hints });
+            check_separated(&format!("{scene:?} {view_direction:?}"), &made, &scan, scene.noise_mm);
+            assert!(scan.belt.is_some());
+        }
+    }
 }

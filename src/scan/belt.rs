@@ -12,8 +12,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// Width of Tukey's weight in standard deviations: 95 % efficiency on Gaussian noise.
-const TUKEY: f64 = 4.685;
+/// Width of Tukey's weight in standard deviations. Narrower than the usual 4.685: the belt has points to spare, but the
+/// face of a thin part may lie five standard deviations above it and must have no pull.
+const TUKEY: f64 = 3.0;
 /// Least share of the points that a belt must have.
 const LEAST_SHARE: f64 = 0.03;
 /// Share of the points that may lie behind the belt where no belt is seen (junk in deep shadow).
@@ -85,7 +86,7 @@ pub(super) fn inliers<'a>(sample: &'a Sample, plane: &'a BeltPlane) -> impl Iter
 
 /// Places of the points that lie behind the plane where the plane itself is not seen: in a raster along the plane, those
 /// of cells in which most points lie behind.
-fn behind_plane(sample: &Sample, plane: &BeltPlane) -> Vec<u32> {
+pub(super) fn behind_plane(sample: &Sample, plane: &BeltPlane) -> Vec<u32> {
     let (u, v) = tangents(&plane.normal);
     // About eight points of the sample in a cell that is covered.
     let cell_mm = (8.0 * sample.area_each_mm2()).sqrt();
@@ -200,7 +201,7 @@ fn propose(sample: &Sample, among: &[u32], towards: Option<(&Vector3, f64)>, see
 /// face a little above would draw it up), then narrow and on all.
 fn settle(sample: &Sample, judges: &[Point3], point: Point3, normal: Vector3) -> Option<BeltPlane> {
     let (mut point, mut normal) = (point, normal);
-    for widening in [2.5, 1.5, 1.0, 1.0] {
+    for widening in [4.0, 2.0, 1.0, 1.0] {
         let width_mm = widening * TUKEY * sample.noise_mm();
         (point, normal) = reweigh(judges, point, normal, width_mm)?;
     }
@@ -209,8 +210,11 @@ fn settle(sample: &Sample, judges: &[Point3], point: Point3, normal: Vector3) ->
 }
 
 /// Iteratively reweighted least squares from a plane that is nearly right, with the width following the spread found.
+/// `None` when what it finds is no plane.
 pub(super) fn refine(points: &[Point3], start: BeltPlane) -> Option<BeltPlane> {
     let least_sigma_mm = 0.5 * start.sigma_mm;
+    // Waves of the belt widen it; a plane that cuts through things at a slope widens without end.
+    let most_sigma_mm = 6.0 * start.sigma_mm;
     let mut plane = start;
     for _ in 0..6 {
         let (point, normal) = reweigh(points, plane.point, plane.normal.into_inner(), TUKEY * plane.sigma_mm)?;
@@ -222,6 +226,9 @@ pub(super) fn refine(points: &[Point3], start: BeltPlane) -> Option<BeltPlane> {
             .filter(|depth| (0.0..3.5 * plane.sigma_mm).contains(depth))
             .collect();
         plane.sigma_mm = (1.4826 * median(&mut depths)?).max(least_sigma_mm);
+        if plane.sigma_mm > most_sigma_mm {
+            return None;
+        }
     }
     Some(plane)
 }

@@ -3,7 +3,7 @@
 //! A cloud of nothing but a flat part has a backmost plane as well, and removing it would remove the part. The part's size
 //! decides: where there is a belt, the cloud is larger than the part can be.
 
-use super::belt::{Sample, belt_seen_from, belts_seen_from_both_sides, inliers, tangents};
+use super::belt::{Sample, behind_plane, belt_seen_from, belts_seen_from_both_sides, inliers, tangents};
 use super::conditioned::BeltPlane;
 use super::hints::ScanHints;
 use super::neighbourhood::quantile;
@@ -26,8 +26,10 @@ pub(super) fn find_belt(sample: &Sample, hints: &ScanHints) -> Verdict {
     let plane = match candidates.as_slice() {
         [] => return Verdict::None("no plane with nothing behind it".into()),
         [only] => only,
-        // An empty belt looks the same from both sides.
-        [one, other, ..] if same_plane(one, other) => one,
+        // A small part does not keep the belt from being the backmost plane from both sides: the part is on the camera's.
+        [one, other, ..] if same_plane(one, other) => {
+            if behind_plane(sample, one).len() <= behind_plane(sample, other).len() { one } else { other }
+        }
         [one, other, ..] => match nearer_to_a_belt(sample, hints, one, other) {
             Some(plane) => plane,
             None => return Verdict::None("the belt and the part cannot be told apart without a view direction".into()),

@@ -43,33 +43,83 @@ pub(super) fn stratified(count: usize, wanted: usize, seed: u64) -> Vec<u32> {
 
 /// Spacing and noise of the points named by `indices` (ascending), measured in several hundred balls. `None` when there
 /// are too few points for it, or all lie on one spot.
+///
+/// Of a large cloud half a million points are used, spread evenly: its surface is flat enough over the wider balls.
 pub(super) fn texture(positions: &[Point3], indices: &[u32], seed: u64) -> Option<Texture> {
+    const ENOUGH: usize = 500_000;
+    if indices.len() <= ENOUGH {
+        return texture_of_all(positions, indices, seed);
+    }
+    let thinned: Vec<u32> =
+        stratified(indices.len(), ENOUGH, seed ^ 0x7417).into_iter().map(|k| indices[k as usize]).collect();
+    let found = texture_of_all(positions, &thinned, seed)?;
+    let thinning = (thinned.len() as f64 / indices.len() as f64).sqrt();
+    Some(Texture { spacing_mm: found.spacing_mm * thinning, ..found })
+}
+
+fn texture_of_all(positions: &[Point3], indices: &[u32], seed: u64) -> Option<Texture> {
     let mut spacing_mm = rough_spacing_mm(positions, indices, seed)?;
     let seeds: Vec<u32> =
         stratified(indices.len(), 400, seed ^ 0x5eed).into_iter().map(|k| indices[k as usize]).collect();
     let mut noise_mm = 0.0;
-    // The second round only when the first guess of the density was poor.
+    // A second round only when the first guess of the density or of the noise was poor.
     for _ in 0..2 {
-        // About 50 points a ball. The ball must be wide against the noise, or it loses points above and below.
-        let radius_mm = (4.0 * spacing_mm).max(4.0 * noise_mm);
+        // About 50 points a ball; it must be wide against the noise, or it loses points above and below.
+        let radius_mm = (4.0 * spacing_mm).max(6.0 * noise_mm);
         let balls = in_balls(positions, indices, &seeds, radius_mm);
-        // The seed itself is there for certain and tells nothing about the density.
-        let area_mm2 = std::f64::consts::PI * radius_mm * radius_mm;
-        let mut densities: Vec<f64> = balls.iter().map(|ball| (ball.len().max(1) - 1) as f64 / area_mm2).collect();
-        let density = median(&mut densities)?;
-        if density <= 0.0 {
+        let patches: Vec<Patch> = balls
+            .par_iter()
+            .zip(&seeds)
+            .filter_map(|(ball, &seed)| Patch::new(positions, ball, seed, radius_mm))
+            .collect();
+        let mut densities: Vec<f64> = patches.iter().map(|patch| patch.density).collect();
+        let mut noises: Vec<f64> = patches.iter().map(|patch| patch.noise_mm).collect();
+        let (Some(density), Some(noise)) = (median(&mut densities), median(&mut noises)) else {
             return Some(Texture { spacing_mm, noise_mm });
-        }
-        let mut noises: Vec<f64> = balls.iter().filter_map(|ball| noise_about_plane(positions, ball)).collect();
-        noise_mm = median(&mut noises).unwrap_or(0.0);
+        };
+        noise_mm = noise;
         let better_mm = 1.0 / density.sqrt();
-        let was_good = (0.7..1.4).contains(&(better_mm / spacing_mm)) && noise_mm < spacing_mm;
+        let was_good = (0.7..1.4).contains(&(better_mm / spacing_mm)) && 6.0 * noise_mm < 1.5 * radius_mm;
         spacing_mm = better_mm;
         if was_good {
             break;
         }
     }
     Some(Texture { spacing_mm, noise_mm })
+}
+
+/// The surface within one ball, taken for a plane.
+struct Patch {
+    /// Points per mm² of the plane.
+    density: f64,
+    /// Robust standard deviation about it, mm.
+    noise_mm: f64,
+}
+
+impl Patch {
+    /// `None` for fewer than ten points, or for points on a line.
+    fn new(positions: &[Point3], ball: &[u32], seed: u32, radius_mm: f64) -> Option<Self> {
+        if ball.len() < 10 {
+            return None;
+        }
+        let points: Vec<Point3> = ball.iter().map(|&k| positions[k as usize]).collect();
+        let (centroid, normal) = weighted_plane(&points, |_| 1.0)?;
+        let mut heights: Vec<f64> = points.iter().map(|p| (p - centroid).dot(&normal).abs()).collect();
+        // Three parameters were fitted.
+        let freedom = (points.len() as f64 / (points.len() - 3) as f64).sqrt();
+        let noise_mm = 1.4826 * median(&mut heights)? * freedom;
+        // Counted in a cylinder of 0.6 of the radius: there the ball reaches 0.8 of its radius up and down.
+        let cylinder_mm = 0.6 * radius_mm;
+        let centre = positions[seed as usize];
+        let inside = |p: &&Point3| {
+            let d = *p - centre;
+            (d - normal * d.dot(&normal)).norm_squared() <= cylinder_mm * cylinder_mm
+        };
+        // The seed itself is there for certain and tells nothing about the density.
+        let others = points.iter().filter(inside).count().saturating_sub(1);
+        let density = others.max(1) as f64 / (std::f64::consts::PI * cylinder_mm * cylinder_mm);
+        Some(Self { density, noise_mm })
+    }
 }
 
 /// Spacing from the distance to the eighth neighbour within a sample, scaled to the whole.
@@ -160,25 +210,12 @@ impl BallTable {
 }
 
 fn bucket(point: &Point3, cell_mm: f64) -> u32 {
-    let cell = |v: f64| (v / cell_mm).floor() as i64 as u64;
+    let cell = |v: f64| floor(v / cell_mm) as u64;
     let mixed = cell(point.x)
         .wrapping_mul(0x9e37_79b9_7f4a_7c15)
         .wrapping_add(cell(point.y).wrapping_mul(0xc2b2_ae3d_27d4_eb4f))
         .wrapping_add(cell(point.z).wrapping_mul(0x1656_67b1_9e37_79f9));
     ((mixed ^ (mixed >> 31)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48) as u32
-}
-
-/// Robust standard deviation of the points about their least-squares plane; `None` for fewer than ten.
-fn noise_about_plane(positions: &[Point3], ball: &[u32]) -> Option<f64> {
-    if ball.len() < 10 {
-        return None;
-    }
-    let points: Vec<Point3> = ball.iter().map(|&k| positions[k as usize]).collect();
-    let (centroid, normal) = weighted_plane(&points, |_| 1.0)?;
-    let mut distances: Vec<f64> = points.iter().map(|p| (p - centroid).dot(&normal).abs()).collect();
-    // Three parameters were fitted.
-    let freedom = (points.len() as f64 / (points.len() - 3) as f64).sqrt();
-    Some(1.4826 * median(&mut distances)? * freedom)
 }
 
 /// Plane of least weighted squared distances: centroid and unit normal. `None` when the weights leave fewer than three
@@ -205,11 +242,16 @@ pub(super) fn weighted_plane(points: &[Point3], weight: impl Fn(&Point3) -> f64)
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     // Spread along two directions, or there is no plane.
-    if !(eigen.eigenvalues[order[1]] > 1e-9 * eigen.eigenvalues[order[2]].abs()) {
-        return None;
-    }
+    let spreads = eigen.eigenvalues[order[1]] > 1e-9 * eigen.eigenvalues[order[2]].abs();
     let normal: Vector3 = eigen.eigenvectors.column(order[0]).into_owned();
-    Some((origin + mean, normal.normalize()))
+    spreads.then(|| (origin + mean, normal.normalize()))
+}
+
+/// The next whole number below; saturating. Without the newer instructions of a processor `f64::floor` is a call, which is felt
+/// in a loop over all points.
+pub(super) fn floor(value: f64) -> i64 {
+    let truncated = value as i64;
+    if value < truncated as f64 { truncated.saturating_sub(1) } else { truncated }
 }
 
 /// The middle value; `None` when there is none. Reorders the slice.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Cells in all, at most.
-const MOST_CELLS: f64 = 1.5e6;
+const MOST_CELLS: f64 = 5e5;
 /// Share of the points in surface cells that makes a component a part of the body.
 const BODY_SHARE: f64 = 0.01;
 
@@ -54,6 +54,7 @@ pub(super) fn components(
 struct Raster {
     low: Point3,
     cell_mm: f64,
+    cells_per_mm: f64,
     size: [usize; 3],
 }
 
@@ -79,13 +80,13 @@ impl Raster {
             cell_mm *= 1.2;
         }
         let size = [0, 1, 2].map(|axis| (extent[axis] / cell_mm).floor() as usize + 1);
-        Some(Self { low, cell_mm, size })
+        Some(Self { low, cell_mm, cells_per_mm: 1.0 / cell_mm, size })
     }
 
     fn cell(&self, point: &Point3) -> Option<usize> {
         let mut index = 0;
         for axis in (0..3).rev() {
-            let place = ((point[axis] - self.low[axis]) / self.cell_mm).floor();
+            let place = (point[axis] - self.low[axis]) * self.cells_per_mm;
             if !(place >= 0.0 && place < self.size[axis] as f64) {
                 return None;
             }

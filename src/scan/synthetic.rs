@@ -51,7 +51,7 @@ impl Shape {
                 let r = x.hypot(y);
                 (r <= 60.0).then(|| 30.0 * (1.0 - (r / 60.0).powi(2)))
             }
-            Shape::Bracket => (box_rim(60.0, 40.0) >= 0.0).then(|| if y > 20.0 { (y - 20.0) * 2.5 } else { 0.0 }),
+            Shape::Bracket => (box_rim(60.0, 40.0) >= 0.0).then_some(if y > 20.0 { (y - 20.0) * 2.5 } else { 0.0 }),
         }
     }
 
@@ -86,6 +86,8 @@ pub(crate) struct Scene {
     /// Share of points in deep shadow.
     pub shadow: f64,
     pub colours: bool,
+    /// Height of waves of the belt (and of what lies on it), mm.
+    pub wave_mm: f64,
     pub tilt_deg: f64,
     pub seed: u64,
 }
@@ -106,6 +108,7 @@ impl Default for Scene {
             part_colour: [150, 152, 155],
             shadow: 0.0,
             colours: true,
+            wave_mm: 0.0,
             tilt_deg: 3.0,
             seed: 1,
         }
@@ -141,7 +144,8 @@ impl Scene {
             let mut colour = if on_part.is_some() || worn { self.part_colour } else { self.belt_colour };
             let mut label = if on_part.is_some() { Label::Part } else { Label::Belt };
             let normal = |rng: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(rng) };
-            let mut z = height + self.noise_mm * normal(&mut rng);
+            let wave = self.wave_mm * (x / 40.0).sin() * (y / 55.0).cos();
+            let mut z = height + wave + self.noise_mm * normal(&mut rng);
             if rng.random_range(0.0..1.0) < self.spikes {
                 z += rng.random_range(-40.0..40.0);
                 label = Label::Spike;
