@@ -80,7 +80,7 @@ impl Layout {
                 .with_help("export the points with columns named x, y and z"));
         };
         let mut roles = vec![None; names.len()];
-        let groups: [(Option<[usize; 3]>, fn(u8) -> Role); 3] = [
+        let groups: [(_, fn(u8) -> Role); 3] = [
             (Some(position), Role::Position),
             (triple(&NORMAL_NAMES), Role::Normal),
             (triple(&COLOUR_NAMES), Role::Colour),
