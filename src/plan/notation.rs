@@ -66,15 +66,40 @@ fn tell(text: &str, lines: &Lines, at: usize, error: &ParseError) -> Fault {
         if begun_anew {
             let last_line = if at >= text.len() { line } else { line - 1 };
             let message = "found a list or table that is not closed, expected its closing bracket".to_owned();
+            let message = with_key(line_of(text, lines, opening), message);
             return Fault { line: opening, last_line, message, help: "close it with ] or }".to_owned() };
         }
         let (message, help) = in_words(here.trim(), here.trim(), error);
+        let message = with_key(line_of(text, lines, opening), message);
         return Fault { line: opening, last_line: end_of_list(text, lines, opening), message, help };
     }
-    let value = here.split_once('=').map_or("", |(_, value)| value);
-    let value = value.split('#').next().unwrap_or_default().trim();
-    let (message, help) = in_words(here.trim(), value, error);
-    Fault { line, last_line: line, message, help }
+    let here = without_comment(here).trim();
+    let value = here.split_once('=').map_or("", |(_, value)| value).trim();
+    let (message, help) = in_words(here, value, error);
+    Fault { line, last_line: line, message: if value.is_empty() { message } else { with_key(here, message) }, help }
+}
+
+/// The key of the line before the message, as everywhere else.
+fn with_key(line: &str, message: String) -> String {
+    match key_of(line).filter(|_| line.contains('=')) {
+        Some(key) => format!("{key}: {message}"),
+        None => message,
+    }
+}
+
+/// A line up to its comment; a `#` within quotes begins none.
+fn without_comment(line: &str) -> &str {
+    let mut quote: Option<char> = None;
+    for (at, letter) in line.char_indices() {
+        match quote {
+            Some(open) if letter == open => quote = None,
+            Some(_) => {}
+            None if letter == '"' || letter == '\'' => quote = Some(letter),
+            None if letter == '#' => return &line[..at],
+            None => {}
+        }
+    }
+    line
 }
 
 /// Message and help from the look of a line.

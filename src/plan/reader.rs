@@ -183,7 +183,7 @@ impl<'a> TableReader<'a> {
             return explained;
         }
         let help = match nearest(key, asked.iter().copied()) {
-            Some((known, true)) => format!("remove it; \"{known}\" is given as well"),
+            Some((known, true)) => format!("remove it, or mend it if \"{known}\" is meant"),
             Some((known, false)) => {
                 format!(
                     "the nearest known key is \"{known}\"; known here are {}",

@@ -93,7 +93,7 @@ fn tree_fault(fault: &toml_edit::TomlError, text: &str, line_text: &str) -> (Str
     let word: String = word.chars().take(60).flat_map(char::escape_debug).collect();
     let message = fault.message();
     if message.starts_with("duplicate key") && line_text.trim_start().starts_with('[') {
-        let help = "keep a table's settings under one [line]; several features or points each begin with [[feature]] or \
+        let help = "keep a table's settings under one header; several features or points each begin with [[feature]] or \
                     [[comparison]], in double brackets";
         return (format!("found the table {word} a second time, expected it once"), help.to_owned(), false);
     }

@@ -159,7 +159,7 @@ const CASES: &[(&str, &str, &str)] = &[
     ("flat colour", "belt_colours = [[96, 98, 101]]", "belt_colours = [96, 98, 101]"),
     ("colour out of range", "belt_colours = [[96, 98, 101]]", "belt_colours = [[96, 98, 256]]"),
     ("luminance out of range", "luminance_min = 25.0", "luminance_min = 300"),
-    ("no alignment", "[alignment]", "[output]\n[background2]"),
+    ("no alignment", "[alignment]", "[background2]"),
     ("wrong method", "method = \"features\"", "method = \"feature\""),
     ("reference misspelt", "hole = \"H1\"", "hole = \"h1\""),
     ("reference of another kind", "hole = \"H1\"", "hole = \"S1\""),
@@ -179,8 +179,8 @@ const CASES: &[(&str, &str, &str)] = &[
     ("no commas in a list", "position = [10.0, 40.0, 8.0]", "position = [10.0 40.0 8.0]"),
     ("text in a list", "position = [10.0, 40.0, 8.0]", "position = [10.0, \"40\", 8.0]"),
     ("a kilometre away", "position = [10.0, 40.0, 8.0]", "position = [1e7, 40.0, 8.0]"),
-    ("direction of length 0", "direction = [0.0, 0.0, 1.0]", "direction = [0, 0, 0]"),
-    ("direction of length 2", "direction = [0.0, 0.0, 1.0]", "direction = [0, 0, 2]"),
+    ("direction of length 0", "direction = [0.0, 0.0, 1.0]\nlower_mm", "direction = [0, 0, 0]\nlower_mm"),
+    ("direction of length 2", "direction = [0.0, 0.0, 1.0]\nlower_mm", "direction = [0, 0, 2]\nlower_mm"),
     ("slot direction slanted", "direction = [0.97, 0.24, 0.0]", "direction = [0.97, 0.24, 0.12]"),
     ("slot direction along axis", "direction = [0.97, 0.24, 0.0]", "direction = [0.0, 0.1, 0.995]"),
     ("slot wider than long", "width_mm = 9.0", "width_mm = 31.0"),
@@ -399,7 +399,7 @@ fn bytes_that_are_no_text_are_told_with_their_line() {
 /// Nesting, in each of the ways TOML has, ends in a message and not in a stack overflow.
 #[test]
 fn nesting_without_end_is_refused() {
-    let deep = 100_000;
+    let deep = 30_000;
     for bomb in [
         format!("a = {}", "[".repeat(deep)),
         format!("a = {}{}", "[".repeat(deep), "]".repeat(deep)),

@@ -101,7 +101,7 @@ pub(super) fn direction(entry: Entry<'_>) -> Option<UnitVector3> {
     let written = triple(entry, "a direction of three numbers", "[0, 0, 1]")?;
     let largest = written.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     if largest < 1e-9 {
-        entry.wrong("direction has length 0, expected a unit vector", "give a direction such as [0, 0, 1]");
+        entry.wrong("has length 0, expected a unit vector", "give a direction such as [0, 0, 1]");
         return None;
     }
     // Scaled first, so that neither huge nor tiny components leave the range of f64 when they are squared.
@@ -109,7 +109,7 @@ pub(super) fn direction(entry: Entry<'_>) -> Option<UnitVector3> {
     let length = largest * Vector3::from(written.map(|v| v / largest)).norm();
     if (length - 1.0).abs() > LENGTH_SLACK {
         let help = format!("write {}; that is what is used", triple_words(unit.into_inner().into()));
-        entry.odd(format!("direction has length {}, expected 1", short(length)), help);
+        entry.odd(format!("has length {}, expected 1", short(length)), help);
     }
     Some(unit)
 }
@@ -123,14 +123,12 @@ pub(super) fn direction_in_plane(entry: Entry<'_>, normal: &UnitVector3, normal_
     let in_plane = given.into_inner() - normal.into_inner() * given.dot(normal);
     let made = UnitVector3::try_new(in_plane, 1e-9).filter(|_| off.abs() <= PERPENDICULAR_LIMIT);
     let Some(made) = made else {
-        let words =
-            format!("direction is {degrees:.1} degrees out of the sheet, expected it perpendicular to {normal_key}");
+        let words = format!("is {degrees:.1} degrees out of the sheet, expected it perpendicular to {normal_key}");
         entry.wrong(words, format!("give the direction in the sheet and in {normal_key} the sheet's normal"));
         return None;
     };
     if off.abs() > PERPENDICULAR_SLACK {
-        let words =
-            format!("direction is {degrees:.1} degrees out of the sheet, expected it perpendicular to {normal_key}");
+        let words = format!("is {degrees:.1} degrees out of the sheet, expected it perpendicular to {normal_key}");
         let help = format!("write {}; that is what is used", triple_words(made.into_inner().into()));
         entry.odd(words, help);
     }
