@@ -149,7 +149,7 @@ impl<'a> TableReader<'a> {
         let asked = self.asked.borrow();
         let mut meant: Vec<&'static str> = Vec::new();
         for (key, item) in self.table.iter() {
-            if item.is_none() || asked.iter().any(|a| *a == key) {
+            if item.is_none() || asked.contains(&key) {
                 continue;
             }
             let (message, help) = self.unknown(key, &asked, &explain, &mut meant);

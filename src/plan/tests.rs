@@ -313,7 +313,7 @@ fn comparison_files_give_the_same_points_in_all_their_forms() {
     ];
     let expected = read(FULL).plan.unwrap().comparison;
     for separator in [",", ";", "\t", ", "] {
-        let text = format!("# made by hand\n\n{}\r\n", rows.join("\r\n").replace(' ', separator).replace('-', "-"));
+        let text = format!("# made by hand\n\n{}\r\n", rows.join("\r\n").replace(' ', separator));
         let text = text.replace(&format!("-{separator}"), separator);
         let loaded = with_comparison_file(folder.path(), text.as_bytes());
         assert_eq!(words(&loaded.problems), "", "{separator:?}");
