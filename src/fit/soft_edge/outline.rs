@@ -30,6 +30,12 @@ pub trait Outline: Clone {
     /// derivative by tau).
     fn void(&self, tau_mm: f64) -> (Moments, [Moments; MAX_SHAPE + 1]);
 
+    /// Where along the outline a place lies, 0..1 of its length.
+    fn along(&self, place: [f64; 2]) -> f64;
+
+    /// Length of the outline in the window, mm.
+    fn length_mm(&self) -> f64;
+
     /// The outline with its shape parameters changed by a step.
     fn moved(&self, step: &[f64]) -> Self;
 
@@ -72,6 +78,14 @@ impl Outline for Circle {
         by[2] = about_centre(TAU * self.radius, self.centre);
         by[MAX_SHAPE] = about_centre(TAU * tau_mm, self.centre);
         (about_centre(area, self.centre), by)
+    }
+
+    fn along(&self, place: [f64; 2]) -> f64 {
+        (f64::atan2(place[1] - self.centre[1], place[0] - self.centre[0]) / TAU).rem_euclid(1.0)
+    }
+
+    fn length_mm(&self) -> f64 {
+        TAU * self.radius
     }
 
     fn moved(&self, step: &[f64]) -> Self {
@@ -153,6 +167,25 @@ impl Outline for Slot {
         (about_centre(area, self.centre), by)
     }
 
+    fn along(&self, place: [f64; 2]) -> f64 {
+        // Counter-clockwise from the middle of the right-hand end: half an arc, the upper side, an arc, the lower side, half an arc.
+        let [x, y] = self.own_frame(place);
+        let (l, arc) = (self.half_straight, PI * self.radius);
+        let from_start = if x.abs() <= l {
+            if y >= 0.0 { 0.5 * arc + (l - x) } else { 1.5 * arc + 2.0 * l + (x + l) }
+        } else if x > l {
+            y.atan2(x - l) * self.radius
+        } else {
+            // Turned by half a turn: the left-hand end seen as a right-hand one.
+            (-y).atan2(-x - l) * self.radius + arc + 2.0 * l
+        };
+        (from_start / (TAU * self.radius + 4.0 * self.half_straight)).rem_euclid(1.0)
+    }
+
+    fn length_mm(&self) -> f64 {
+        TAU * self.radius + 4.0 * self.half_straight
+    }
+
     fn moved(&self, step: &[f64]) -> Self {
         Self {
             centre: [self.centre[0] + step[0], self.centre[1] + step[1]],
@@ -211,6 +244,14 @@ impl Outline for Edge {
         by[1] = [-p2, -p3, -s * p2 - k * p3];
         by[MAX_SHAPE] = [0.0, 0.0, -tau_mm * p1];
         ([area, moment_u, moment_v], by)
+    }
+
+    fn along(&self, place: [f64; 2]) -> f64 {
+        (place[0] - self.along[0]) / (self.along[1] - self.along[0])
+    }
+
+    fn length_mm(&self) -> f64 {
+        self.along[1] - self.along[0]
     }
 
     fn moved(&self, step: &[f64]) -> Self {
@@ -304,6 +345,26 @@ mod tests {
         check_distance_derivatives(&slot);
         check_void(&slot, [-9.0, 9.0], [-8.0, 8.0], 0.3);
         assert_eq!((slot.length_mm(), slot.width_mm()), (12.0, 4.0));
+    }
+
+    #[test]
+    fn places_around_an_outline_are_numbered_by_its_length() {
+        let slot = Slot { centre: [1.0, 2.0], angle: 0.0, half_straight: 4.0, radius: 2.0 };
+        let length = TAU * 2.0 + 16.0;
+        let at = |x: f64, y: f64| slot.along([1.0 + x, 2.0 + y]) * length;
+        let arc = PI * 2.0;
+        for (place, expected) in [
+            ((6.5, 0.0), 0.0),
+            ((4.0, 2.2), 0.5 * arc),
+            ((0.0, 2.0), 0.5 * arc + 4.0),
+            ((-4.0 - 1e-9, 2.0), 0.5 * arc + 8.0),
+            ((-6.0, 0.0), arc + 8.0),
+            ((0.0, -2.0), 1.5 * arc + 12.0),
+        ] {
+            assert!((at(place.0, place.1) - expected).abs() < 1e-6, "{place:?}");
+        }
+        let circle = Circle { centre: [1.0, 2.0], radius: 3.0 };
+        assert_eq!(circle.along([1.0, 7.0]), 0.25);
     }
 
     #[test]

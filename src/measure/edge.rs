@@ -1,0 +1,352 @@
+//! A point on a trimmed edge.
+//!
+//! Points are taken into (along the edge, outwards) coordinates and straightened: the CAD's own edge is subtracted along
+//! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
+//! outline does, and the straight-edge likelihood holds with its closed-form area.
+
+use super::frame::{FeatureFrame, Uvw, seen_place};
+use super::layer::{Layer, fit_layer, height, most_frequent_height};
+use super::patch::CadPatch;
+use super::rim::{Rim, rims_near};
+use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
+use crate::fit::soft_edge::{
+    Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, fit_soft_edge, refine_soft_edge,
+};
+use crate::geometry::{Point3, UnitVector3, Vector3};
+
+/// A point on a trimmed edge as found. CAD frame, on the CAD's own face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EdgeFound {
+    /// The edge on the plane through the nominal place across it.
+    pub position: Point3,
+    /// Normal of the sheet there, on the plan's side.
+    pub normal: Vector3,
+    /// Along the plan's outward direction, the calibrated edge offset taken out.
+    pub deviation_mm: f64,
+    /// k = 1, from the scatter of the points alone.
+    pub standard_uncertainty_mm: f64,
+    /// Rms of the sheet's points about their plane.
+    pub rms_mm: f64,
+    /// Points of the fit.
+    pub points_used: usize,
+    /// What somebody should know of this value.
+    pub warning: Option<String>,
+}
+
+/// Fewest points of a fit.
+const NEEDED: usize = 24;
+/// The CAD's edge is followed from the nominal place until it has turned by this slope.
+const MAX_SLOPE: f64 = 0.35;
+/// Clutter beyond the edge above which a warning is due, and above which there is no edge.
+const CLUTTER: [f64; 2] = [0.05, 0.4];
+
+/// Measures how far outwards (along `direction`, in the sheet) the edge lies from `position`, at most `search_mm` away;
+/// `normal` is the sheet's.
+pub fn edge(
+    local: &Local,
+    position: &Point3,
+    direction: &UnitVector3,
+    normal: &UnitVector3,
+    search_mm: f64,
+) -> Result<EdgeFound, NotFound> {
+    let h = local.scan.spacing_mm;
+    let seen = seen_place(local, position, normal);
+    let frame = FeatureFrame::new(*position, seen, normal, Some(direction), local.face.side);
+    let inner = search_mm + (8.0 * h).max(1.5);
+    let half = 0.5 * (18.0 * h).max(3.0);
+    let strip = strip_along_edge(local, &frame, half, inner, search_mm + 4.0 * h, h)?;
+    let depth = search_mm + 2.0 + 0.5 * half;
+    let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth);
+    let radius = half.hypot(inner) + 0.5;
+    let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
+    let (sheet, layer) = sheet_in_strip(&patch, &gathered, &strip, search_mm, frame.outward)?;
+    let rough = steepest_step(&sheet, &strip, search_mm, h)?;
+    let fit = final_fit(&sheet, &strip, rough, h)?;
+    check(&fit, &sheet, search_mm)?;
+    let spacing = fit.density_per_mm2.sqrt().recip();
+    let offset = fit.outline.offset;
+    let deviation_mm = offset - local.uncertainty.edge_offset_mm;
+    let [_, eu, ev] = layer.plane;
+    let w = height(&layer.plane, 0.0, offset) + patch.rise(0.0, offset);
+    let warning = (fit.clutter > CLUTTER[0])
+        .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
+    Ok(EdgeFound {
+        position: frame.on_own_face([0.0, deviation_mm, w]),
+        normal: frame.vector([-eu, -ev, 1.0]).normalize(),
+        deviation_mm,
+        standard_uncertainty_mm: fit.covariance[(0, 0)].max(0.0).sqrt().hypot(SHARPNESS_U * spacing),
+        rms_mm: layer.rms_mm,
+        points_used: fit.points,
+        warning,
+    })
+}
+
+/// The stretch of sheet in which an edge is looked for: `along` u, from `-inner` to `outer` of the CAD's edge.
+struct Strip {
+    along: [f64; 2],
+    inner: f64,
+    outer: f64,
+    /// The CAD's edge as (u, v), u ascending.
+    edge: Vec<[f64; 2]>,
+}
+
+impl Strip {
+    /// v of the CAD's edge at u, held constant past its ends.
+    fn edge_at(&self, u: f64) -> f64 {
+        let after = self.edge.partition_point(|p| p[0] < u);
+        match (after.checked_sub(1).map(|k| self.edge[k]), self.edge.get(after)) {
+            (Some(a), Some(b)) if b[0] > a[0] => a[1] + (b[1] - a[1]) * (u - a[0]) / (b[0] - a[0]),
+            (Some(a), _) => a[1],
+            (None, Some(b)) => b[1],
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Where the CAD is sampled: a lattice on the material side of its edge.
+    fn sample_places(&self) -> Vec<[f64; 2]> {
+        let mut places = Vec::new();
+        for i in 0..7 {
+            let u = self.along[0] + (self.along[1] - self.along[0]) * f64::from(i) / 6.0;
+            for share in [0.02, 0.15, 0.35, 0.6, 1.0] {
+                places.push([u, self.edge_at(u) - 0.02 - share * self.inner]);
+            }
+        }
+        places
+    }
+}
+
+/// Follows the CAD's edge from the nominal place both ways, and keeps the strip clear of other edges.
+fn strip_along_edge(
+    local: &Local,
+    frame: &FeatureFrame,
+    half: f64,
+    inner: f64,
+    outer: f64,
+    spacing_mm: f64,
+) -> Result<Strip, NotFound> {
+    let rims = rims_near(local, frame, half.hypot(inner) + 2.0, 0.25);
+    let distance = |p: &[f64; 2]| p[0].hypot(p[1]);
+    let nearest = rims
+        .iter()
+        .enumerate()
+        .flat_map(|(r, rim)| rim.places.iter().enumerate().map(move |(k, p)| (r, k, distance(p))))
+        .min_by(|a, b| a.2.total_cmp(&b.2));
+    let Some((own, start, _)) = nearest.filter(|n| n.2 < 2.0) else {
+        return Err(NotFound::new("the CAD has no trimmed edge within 2.0 mm of the nominal place", 0));
+    };
+    let (edge, taken) = follow(&rims[own], start, half);
+    let along = [edge.first().map_or(0.0, |p| p[0]).max(-half), edge.last().map_or(0.0, |p| p[0]).min(half)];
+    let mut strip = Strip { along, inner, outer, edge };
+    for (r, rim) in rims.iter().enumerate() {
+        for (k, p) in rim.places.iter().enumerate() {
+            if r != own || !taken[k] {
+                keep_clear(&mut strip, p);
+            }
+        }
+    }
+    let least = (6.0 * spacing_mm).max(1.5);
+    let length = strip.along[1] - strip.along[0];
+    if length < least || strip.along[0] > 0.0 || strip.along[1] < 0.0 {
+        return Err(NotFound::new(
+            format!("the edge runs straight over {:.1} mm only, {least:.1} mm are needed", length.max(0.0)),
+            0,
+        ));
+    }
+    Ok(strip)
+}
+
+/// The stretch of a rim around a place in which it stays a graph over u with a slope below the limit, u ascending; and which of
+/// the rim's places were taken.
+fn follow(rim: &Rim, start: usize, half: f64) -> (Vec<[f64; 2]>, Vec<bool>) {
+    let n = rim.places.len();
+    let mut taken = vec![false; n];
+    taken[start] = true;
+    let walk = |step: usize, taken: &mut Vec<bool>| {
+        let mut out = Vec::new();
+        let mut at = start;
+        let mut sense = 0.0;
+        // Stepping back is stepping on by n - 1.
+        for _ in 0..n {
+            let next = (at + step) % n;
+            let wraps = if step == 1 { next == 0 } else { next == n - 1 };
+            if (wraps && !rim.closed) || next == start {
+                break;
+            }
+            let (du, dv) = (rim.places[next][0] - rim.places[at][0], rim.places[next][1] - rim.places[at][1]);
+            if sense == 0.0 {
+                sense = du.signum();
+            }
+            // A place or two beyond the slope may be taken: the chord's slope is what the shear uses.
+            if du * sense <= 1e-9 || (dv / du).abs() > MAX_SLOPE {
+                break;
+            }
+            out.push(rim.places[next]);
+            taken[next] = true;
+            if rim.places[next][0].abs() > half {
+                break;
+            }
+            at = next;
+        }
+        out
+    };
+    let forward = walk(1, &mut taken);
+    let backward = walk(n - 1, &mut taken);
+    let mut edge: Vec<[f64; 2]> = backward.into_iter().rev().chain([rim.places[start]]).chain(forward).collect();
+    if edge.first().map_or(0.0, |p| p[0]) > edge.last().map_or(0.0, |p| p[0]) {
+        edge.reverse();
+    }
+    (edge, taken)
+}
+
+/// Shrinks a strip so that another edge's place is half-way outside, in the way that costs the least area.
+fn keep_clear(strip: &mut Strip, p: &[f64; 2]) {
+    let [u, v] = [p[0], p[1] - strip.edge_at(p[0])];
+    let inside = u > strip.along[0] && u < strip.along[1] && v > -strip.inner && v < strip.outer;
+    // Places next to the taken stretch are that edge itself, turning away; they limit u only.
+    if !inside {
+        return;
+    }
+    let (length, across) = (strip.along[1] - strip.along[0], strip.inner + strip.outer);
+    let by_along = if u > 0.0 { (strip.along[1] - 0.9 * u) / length } else { (0.9 * u - strip.along[0]) / length };
+    let by_across = if v < 0.0 { (strip.inner + 0.6 * v) / across } else { (strip.outer - 0.6 * v) / across };
+    let near_edge = v.abs() < 0.25 * strip.inner;
+    if near_edge || by_along < by_across {
+        if u > 0.0 { strip.along[1] = 0.9 * u } else { strip.along[0] = 0.9 * u }
+    } else if v < 0.0 {
+        strip.inner = -0.6 * v;
+    } else {
+        strip.outer = 0.6 * v;
+    }
+}
+
+/// Straightened (u, v) of the points in the sheet of the strip, and the sheet's layer.
+fn sheet_in_strip(
+    patch: &CadPatch,
+    gathered: &[Uvw],
+    strip: &Strip,
+    search_mm: f64,
+    outward: f64,
+) -> Result<(Vec<[f64; 2]>, Layer), NotFound> {
+    let mut straight: Vec<[f64; 3]> = Vec::with_capacity(gathered.len());
+    let mut original = Vec::with_capacity(gathered.len());
+    for p in gathered {
+        let v = p[1] - strip.edge_at(p[0]);
+        if (strip.along[0]..=strip.along[1]).contains(&p[0]) && (-strip.inner..=strip.outer).contains(&v) {
+            let e = patch.residual(p);
+            if e.is_finite() {
+                straight.push([p[0], v, e]);
+                original.push([p[0], p[1], e]);
+            }
+        }
+    }
+    if straight.len() < NEEDED {
+        return Err(NotFound::too_few(straight.len(), NEEDED));
+    }
+    // The sheet's plane from where there is material for certain, or at least on the nominal's material side.
+    let of_sheet = |limit: f64| -> Vec<[f64; 3]> {
+        let inside = straight.iter().zip(&original).filter(|(s, _)| s[1] < limit && s[2].abs() <= search_mm);
+        inside.map(|(_, o)| *o).collect()
+    };
+    let certain = of_sheet(-search_mm.min(0.6 * strip.inner));
+    let sheet = if certain.len() >= 2 * NEEDED { certain } else { of_sheet(0.0) };
+    let scattered =
+        || NotFound::new(format!("no sheet within ±{search_mm:.1} mm of its place at this edge"), sheet.len());
+    if sheet.len() < NEEDED / 2 {
+        return Err(NotFound::too_few(sheet.len(), NEEDED / 2));
+    }
+    let heights: Vec<f64> = sheet.iter().map(|p| p[2]).collect();
+    let start = most_frequent_height(&heights, outward).ok_or_else(scattered)?;
+    let layer = fit_layer(&sheet, start, NEEDED / 2).ok_or_else(scattered)?;
+    let gate = (3.5 * layer.sigma_mm).max(0.15);
+    let kept = straight.iter().zip(&original).filter(|(_, o)| (o[2] - height(&layer.plane, o[0], o[1])).abs() < gate);
+    Ok((kept.map(|(s, _)| [s[0], s[1]]).collect(), layer))
+}
+
+/// Where the density drops most, by the likelihood of a hard step: `n_in ln(n_in / A_in) + n_out ln(n_out / A_out)`.
+fn steepest_step(sheet: &[[f64; 2]], strip: &Strip, search_mm: f64, spacing_mm: f64) -> Result<f64, NotFound> {
+    let mut v: Vec<f64> = sheet.iter().map(|p| p[1]).collect();
+    v.sort_unstable_by(f64::total_cmp);
+    let width = strip.along[1] - strip.along[0];
+    let total = v.len() as f64;
+    let mut best = (f64::NEG_INFINITY, 0.0);
+    let (low, high) = (-(search_mm.min(strip.inner - 2.0 * spacing_mm)), search_mm.min(strip.outer - spacing_mm));
+    let steps = ((high - low) / (0.25 * spacing_mm)).ceil().max(1.0);
+    for k in 0..=steps as usize {
+        let s = low + (high - low) * k as f64 / steps;
+        let inside = v.partition_point(|x| *x < s) as f64;
+        let (a_in, a_out) = ((s + strip.inner) * width, (strip.outer - s) * width);
+        let outside = total - inside;
+        if a_in <= 0.0 || a_out <= 0.0 || inside == 0.0 || inside / a_in <= outside / a_out {
+            continue;
+        }
+        let term = |n: f64, a: f64| if n > 0.0 { n * (n / a).ln() } else { 0.0 };
+        let value = term(inside, a_in) + term(outside, a_out);
+        if value > best.0 {
+            best = (value, s);
+        }
+    }
+    let flat = total * (total / ((strip.inner + strip.outer) * width)).ln();
+    // Twice the gain is about chi-square; 10 is far beyond chance.
+    if best.0 - flat < 10.0 {
+        return Err(NotFound::new(format!("no edge within ±{search_mm:.1} mm"), sheet.len()));
+    }
+    Ok(best.1)
+}
+
+/// The fit in its own window around the edge found.
+fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> Result<SoftEdgeFit<Edge>, NotFound> {
+    let mut offset = rough;
+    let mut slope = 0.0;
+    let mut result = None;
+    for fixed_tau in [Some(0.7 * spacing_mm), None] {
+        // Window coordinates: v from the offset, so that a density gradient is told about the edge.
+        let low = (-strip.inner - offset).max(-(8.0 * spacing_mm).max(1.5));
+        let high = (strip.outer - offset).min((4.0 * spacing_mm).max(0.8));
+        let inside = |p: &[f64; 2]| (low..=high).contains(&p[1]);
+        let points: Vec<[f64; 2]> = sheet.iter().map(|p| [p[0], p[1] - offset]).filter(inside).collect();
+        if points.len() < NEEDED {
+            return Err(NotFound::too_few(points.len(), NEEDED));
+        }
+        let window = Window::rectangle([strip.along[0], low], [strip.along[1], high]);
+        let start = Edge { offset: 0.0, slope, along: strip.along, outer_mm: high };
+        let settings = SoftEdgeSettings { fixed_tau_mm: fixed_tau, ..SoftEdgeSettings::new(spacing_mm) };
+        let fit = if fixed_tau.is_some() {
+            refine_soft_edge(&points, window, &start, &settings)
+        } else {
+            fit_soft_edge(&points, window, &start, &settings)
+        };
+        let mut fit = fit.map_err(|e| match e {
+            SoftEdgeError::TooFewPoints { found, needed } => NotFound::too_few(found, needed),
+            SoftEdgeError::NoEdge => NotFound::new("the points show no edge here", points.len()),
+        })?;
+        fit.outline.offset += offset;
+        fit.outline.outer_mm += offset;
+        offset = fit.outline.offset;
+        slope = fit.outline.slope;
+        result = Some(fit);
+    }
+    result.ok_or_else(|| NotFound::new("the search for the edge did not start", sheet.len()))
+}
+
+fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64) -> Result<(), NotFound> {
+    let not = |reason: String| Err(NotFound::new(reason, fit.points));
+    let spacing = fit.density_per_mm2.sqrt().recip();
+    if fit.outline.offset.abs() > search_mm {
+        return not(format!("no edge within ±{search_mm:.1} mm"));
+    }
+    if fit.clutter > CLUTTER[1] {
+        return not(format!("no edge within ±{search_mm:.1} mm: the points go on past it"));
+    }
+    let covered = covered_share(sheet, &fit.outline, spacing);
+    if covered < LEAST_COVERED {
+        return not(format!(
+            "the edge is seen over {:.0} % of its length only, {:.0} % are needed",
+            100.0 * covered,
+            100.0 * LEAST_COVERED
+        ));
+    }
+    if !fit.converged {
+        return not("the search for the edge did not settle".to_owned());
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! The frame of one feature: u and v in the sheet, w along the plan's normal, origin at the nominal place.
+
+use super::Local;
+use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use crate::plan::{CadSide, Side};
+
+/// A place in a feature's frame: u, v, w in mm.
+pub type Uvw = [f64; 3];
+
+/// The frame of one feature. The same axes serve the CAD's own face (origin `nominal`) and the face that the camera saw
+/// (origin `seen`), which is how the thickness is put in and taken out again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeatureFrame {
+    /// Nominal place on the CAD's own face, CAD frame.
+    pub nominal: Point3,
+    /// The same place on the face that the camera saw, CAD frame.
+    pub seen: Point3,
+    /// Unit vectors u, v, w (right-handed) in the CAD frame; w is the plan's normal or direction.
+    pub axes: [Vector3; 3],
+    /// +1 when w points to the camera, -1 when it points away.
+    pub outward: f64,
+}
+
+impl FeatureFrame {
+    /// A frame with w along `w` and, where given, v along `v` (perpendicular to w; its rest is taken off).
+    pub fn new(nominal: Point3, seen: Point3, w: &UnitVector3, v: Option<&Vector3>, side: Side) -> Self {
+        let across = |a: &Vector3| UnitVector3::try_new(a - w.into_inner() * a.dot(w), 1e-6);
+        let smallest = Vector3::ith(w.iamin(), 1.0);
+        let v = v.and_then(across).or_else(|| across(&smallest)).map_or(Vector3::y(), |v| v.into_inner());
+        Self { nominal, seen, axes: [v.cross(w), v, w.into_inner()], outward: side.sign() }
+    }
+
+    /// A place of this frame on the CAD's own face, CAD frame.
+    pub fn on_own_face(&self, [u, v, w]: Uvw) -> Point3 {
+        self.nominal + self.vector([u, v, w])
+    }
+
+    /// A place of this frame on the face that the camera saw, CAD frame.
+    pub fn on_seen_face(&self, [u, v, w]: Uvw) -> Point3 {
+        self.seen + self.vector([u, v, w])
+    }
+
+    /// A vector of this frame in the CAD frame.
+    pub fn vector(&self, [u, v, w]: Uvw) -> Vector3 {
+        self.axes[0] * u + self.axes[1] * v + self.axes[2] * w
+    }
+
+    /// A place of the seen face (CAD frame) in this frame.
+    pub fn of_cad(&self, p: &Point3) -> Uvw {
+        let d = p - self.seen;
+        [d.dot(&self.axes[0]), d.dot(&self.axes[1]), d.dot(&self.axes[2])]
+    }
+
+    /// Points of the scan within `radius_mm` of the line through (u, v) along w, and within `depth_mm` of the seen place.
+    pub fn gather(&self, local: &Local, [u, v]: [f64; 2], radius_mm: f64, depth_mm: f64) -> Vec<Uvw> {
+        let scan_from_cad: Isometry3 = local.cad_from_scan.scan_from_cad();
+        let centre = scan_from_cad * self.on_seen_face([u, v, 0.0]);
+        let axes = self.axes.map(|a| scan_from_cad.rotation * a);
+        let radius_sq = radius_mm * radius_mm;
+        let mut out = Vec::new();
+        local.grid.for_each_in_sphere(&centre, radius_mm.hypot(depth_mm), |_, p| {
+            let d = p - centre;
+            let place = [d.dot(&axes[0]), d.dot(&axes[1]), d.dot(&axes[2])];
+            if place[2].abs() <= depth_mm && place[0] * place[0] + place[1] * place[1] <= radius_sq {
+                out.push([place[0] + u, place[1] + v, place[2]]);
+            }
+        });
+        out
+    }
+}
+
+/// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's normal on the plan's side.
+///
+/// A surface is moved by the thickness as the plan says; of a solid seen from below the other skin is looked for along
+/// the normal, and where there is none (over a hole) the thickness tells.
+pub fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
+    let thickness = local.part.thickness_mm;
+    if local.part.cad_side != CadSide::Solid {
+        return nominal + normal.into_inner() * local.part.cad_side.face_offset_mm(local.face.side, thickness);
+    }
+    if local.face.side == Side::Top {
+        return *nominal;
+    }
+    // From a little above, so that a nominal place just inside the sheet finds the skin as well.
+    let back = 0.05;
+    let reach = if thickness > 0.0 { 3.0 * thickness } else { 10.0 };
+    let hit = local.face.bvh.ray(&(nominal + normal.into_inner() * back), &-normal.into_inner(), reach);
+    nominal - normal.into_inner() * hit.map_or(thickness, |hit| hit.t - back)
+}

@@ -1,0 +1,103 @@
+//! A circular hole.
+
+use super::frame::{FeatureFrame, seen_place};
+use super::opening::{Opening, OpeningFound, arc, measure_opening};
+use super::{Local, NotFound, SHARPNESS_U};
+use crate::fit::soft_edge::Circle;
+use crate::fit::soft_edge::outline::MAX_SHAPE;
+use crate::geometry::{Point3, UnitVector3, Vector3};
+use nalgebra::{DMatrix, Matrix3};
+
+/// A hole as found. CAD frame, on the CAD's own face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HoleFound {
+    /// Centre.
+    pub centre: Point3,
+    /// Normal of the sheet around it, on the plan's side.
+    pub axis: Vector3,
+    /// Diameter, the calibrated edge offset taken out.
+    pub diameter_mm: f64,
+    /// Covariance of the centre, mm², from the points alone.
+    pub centre_covariance: Matrix3<f64>,
+    /// k = 1 of the centre along any direction in the sheet (the larger of the two), from the points alone.
+    pub u_centre_mm: f64,
+    /// k = 1, from the points alone.
+    pub u_diameter_mm: f64,
+    /// Rms of the surrounding points about their plane.
+    pub rms_mm: f64,
+    /// Points of the fit.
+    pub points_used: usize,
+}
+
+impl Opening for Circle {
+    const WORD: &'static str = "hole";
+    const SIZES: [bool; MAX_SHAPE] = [false, false, true, false, false];
+
+    fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
+    fn centred_at(&self, centre: [f64; 2]) -> Self {
+        Self { centre, ..*self }
+    }
+
+    fn reach_mm(&self) -> f64 {
+        self.radius
+    }
+
+    fn grown(&self, by_mm: f64) -> Vec<[f64; 2]> {
+        let mut corners = Vec::new();
+        arc(self.centre, self.radius + by_mm, 0.0, std::f64::consts::TAU, 128, &mut corners);
+        corners.pop(); // the arc ends where it began
+        corners
+    }
+
+    fn size_difference_mm(&self, other: &Self) -> f64 {
+        2.0 * (self.radius - other.radius).abs()
+    }
+
+    fn sizes_in_words(&self) -> String {
+        format!("{:.1} mm wide", 2.0 * self.radius)
+    }
+}
+
+/// Measures a hole of about that diameter around `centre`, at most `search_mm` away; `axis` is the sheet's normal.
+pub fn hole(
+    local: &Local,
+    centre: &Point3,
+    axis: &UnitVector3,
+    diameter_mm: f64,
+    search_mm: f64,
+) -> Result<HoleFound, NotFound> {
+    let frame = FeatureFrame::new(*centre, seen_place(local, centre, axis), axis, None, local.face.side);
+    let nominal = Circle { centre: [0.0, 0.0], radius: 0.5 * diameter_mm };
+    let found = measure_opening(local, &frame, &nominal, search_mm)?;
+    let centre_covariance = centre_covariance(&frame, &found);
+    let fit = &found.fit;
+    let plane = [fit.covariance[(0, 0)], fit.covariance[(0, 1)], fit.covariance[(1, 1)]];
+    let sharpness = SHARPNESS_U * found.spacing_mm;
+    Ok(HoleFound {
+        centre: frame.on_own_face(found.centre()),
+        axis: frame.vector(found.normal()),
+        diameter_mm: 2.0 * (fit.outline.radius + local.uncertainty.edge_offset_mm),
+        centre_covariance,
+        u_centre_mm: larger_axis(plane),
+        u_diameter_mm: 2.0 * fit.covariance[(2, 2)].max(0.0).sqrt().hypot(sharpness),
+        rms_mm: found.layer.rms_mm,
+        points_used: fit.points,
+    })
+}
+
+/// Covariance of the centre in the CAD frame: the outline's in the sheet, the plane's across it.
+pub(super) fn centre_covariance<O: Opening>(frame: &FeatureFrame, found: &OpeningFound<O>) -> Matrix3<f64> {
+    let c: &DMatrix<f64> = &found.fit.covariance;
+    let own = Matrix3::new(c[(0, 0)], c[(0, 1)], 0.0, c[(1, 0)], c[(1, 1)], 0.0, 0.0, 0.0, found.height_variance());
+    let axes = Matrix3::from_columns(&frame.axes);
+    axes * own * axes.transpose()
+}
+
+/// Square root of the larger eigenvalue of a symmetric 2 x 2 matrix [a, b; b, c].
+pub(super) fn larger_axis([a, b, c]: [f64; 3]) -> f64 {
+    let (middle, half) = (0.5 * (a + c), 0.5 * (a - c));
+    (middle + half.hypot(b)).max(0.0).sqrt()
+}

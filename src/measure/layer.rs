@@ -1,0 +1,158 @@
+//! The layer of points that is the measured face: where it stands above the CAD and how it is tilted.
+
+use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, mad_scale_about_zero, median, tukey_weight};
+use nalgebra::{Matrix3, Vector3};
+
+/// A plane `e0 + eu u + ev v` through heights above the CAD, by Tukey's weights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// e0 in mm, eu and ev without unit.
+    pub plane: [f64; 3],
+    /// Standard deviation of the heights about it, mm.
+    pub sigma_mm: f64,
+    /// Rms of the points with weight, mm.
+    pub rms_mm: f64,
+    /// Points with weight.
+    pub points: usize,
+    /// Covariance of `plane`, from the scatter alone.
+    pub covariance: Matrix3<f64>,
+}
+
+/// Height of a plane at a place.
+pub fn height(plane: &[f64; 3], u: f64, v: f64) -> f64 {
+    plane[0] + plane[1] * u + plane[2] * v
+}
+
+/// Smallest scale assumed, mm: keeps exact data (tests, simulated scans without noise) from losing all its points.
+const LEAST_SIGMA_MM: f64 = 2e-4;
+
+/// Where most points stand: the middle of the fullest interval of 0.6 mm. Of two that are about equally full the one
+/// further out (towards the camera) is taken, since sheet hides what lies behind it.
+pub fn most_frequent_height(heights: &[f64], outward: f64) -> Option<f64> {
+    const BIN: f64 = 0.2;
+    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(*e), h.max(*e)));
+    if !(high - low).is_finite() {
+        return None;
+    }
+    let bins = ((high - low) / BIN) as usize + 3;
+    let mut counts = vec![0_usize; bins];
+    for e in heights {
+        counts[((e - low) / BIN) as usize + 1] += 1;
+    }
+    let triple = |k: usize| counts[k - 1] + counts[k] + counts[k + 1];
+    let most = (1..bins - 1).map(triple).max()?;
+    let full = (1..bins - 1).filter(|&k| 5 * triple(k) >= 4 * most);
+    let chosen = if outward >= 0.0 { full.last()? } else { full.min()? };
+    let middle = low + (chosen as f64 - 0.5) * BIN;
+    let mut near: Vec<f64> = heights.iter().copied().filter(|e| (e - middle).abs() <= 1.5 * BIN).collect();
+    median(&mut near)
+}
+
+/// Fits the layer to (u, v, height) from a start height. `None` with fewer than `needed` points in it.
+pub fn fit_layer(points: &[[f64; 3]], start: f64, needed: usize) -> Option<Layer> {
+    let mut plane = [start, 0.0, 0.0];
+    let mut width = 1.5;
+    let scale = points.iter().map(|p| p[0].hypot(p[1])).fold(1e-3, f64::max);
+    let mut residuals = Vec::with_capacity(points.len());
+    for _ in 0..25 {
+        let next = weighted_plane(points, &plane, width, scale)?.0;
+        residuals.clear();
+        residuals.extend(points.iter().map(|p| p[2] - height(&next, p[0], p[1])).filter(|r| r.abs() < width));
+        if residuals.len() < needed {
+            return None;
+        }
+        let sigma = mad_scale_about_zero(&residuals)?.max(LEAST_SIGMA_MM);
+        let next_width = (TUKEY_WIDTH_SIGMAS * sigma).max(0.5 * width).min(width);
+        let change = (0..3).map(|k| (next[k] - plane[k]).abs() * if k == 0 { 1.0 } else { scale }).fold(0.0, f64::max);
+        plane = next;
+        let settled = change < 1e-4 * sigma && (next_width - width).abs() < 1e-3 * width;
+        width = next_width;
+        if settled {
+            break;
+        }
+    }
+    let (plane, inverse, kept) = weighted_plane(points, &plane, width, scale)?;
+    if kept < needed {
+        return None;
+    }
+    let inside = || points.iter().map(|p| p[2] - height(&plane, p[0], p[1])).filter(|r| r.abs() < width);
+    let rms_mm = (inside().map(|r| r * r).sum::<f64>() / kept as f64).sqrt();
+    let mut sizes: Vec<f64> = inside().map(f64::abs).collect();
+    let sigma_mm = (SIGMA_OF_MAD * median(&mut sizes)?).max(LEAST_SIGMA_MM);
+    Some(Layer { plane, sigma_mm, rms_mm, points: kept, covariance: inverse * (sigma_mm * sigma_mm) })
+}
+
+/// One weighted least-squares step: plane, inverse normal matrix, points with weight.
+fn weighted_plane(
+    points: &[[f64; 3]],
+    plane: &[f64; 3],
+    width: f64,
+    scale: f64,
+) -> Option<([f64; 3], Matrix3<f64>, usize)> {
+    let mut normal = Matrix3::zeros();
+    let mut right = Vector3::zeros();
+    let mut kept = 0;
+    for p in points {
+        let residual = p[2] - height(plane, p[0], p[1]);
+        let weight = tukey_weight(residual, width);
+        if weight > 0.0 {
+            kept += 1;
+            let row = Vector3::new(1.0, p[0] / scale, p[1] / scale);
+            normal += row * row.transpose() * weight;
+            right += row * (weight * residual);
+        }
+    }
+    let unit = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0 / scale, 1.0 / scale));
+    let inverse = normal.cholesky()?.inverse();
+    let step = unit * (inverse * right);
+    let moved = [plane[0] + step[0], plane[1] + step[1], plane[2] + step[2]];
+    moved.iter().all(|c| c.is_finite()).then_some((moved, unit * inverse * unit, kept))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(height: impl Fn(f64, f64, usize) -> f64) -> Vec<[f64; 3]> {
+        (0..400)
+            .map(|i| {
+                let (u, v) = ((i % 20) as f64 * 0.2 - 1.9, (i / 20) as f64 * 0.2 - 1.9);
+                [u, v, height(u, v, i)]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn plane_is_exact_on_exact_heights() {
+        let points = lattice(|u, v, _| 0.7 + 0.03 * u - 0.05 * v);
+        let layer = fit_layer(&points, 0.9, 12).unwrap();
+        for (got, expected) in layer.plane.iter().zip([0.7, 0.03, -0.05]) {
+            assert!((got - expected).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_second_sheet_below_does_not_capture_it() {
+        // A third of the points lies 1.2 mm deeper; small alternating heights stand for noise.
+        let points =
+            lattice(|u, _, i| 0.01 * u + if i % 3 == 0 { -1.2 } else { 0.0 } + if i % 2 == 0 { 0.02 } else { -0.02 });
+        let heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
+        let start = most_frequent_height(&heights, 1.0).unwrap();
+        let layer = fit_layer(&points, start, 12).unwrap();
+        assert!(layer.plane[0].abs() < 0.004, "{:?}", layer.plane);
+    }
+
+    #[test]
+    fn of_two_equal_layers_the_outer_one_counts() {
+        let heights: Vec<f64> = (0..200).map(|i| if i % 2 == 0 { 0.0 } else { -2.0 }).collect();
+        assert!(most_frequent_height(&heights, 1.0).unwrap().abs() < 1e-9);
+        assert!((most_frequent_height(&heights, -1.0).unwrap() + 2.0).abs() < 1e-9);
+        assert_eq!(most_frequent_height(&[], 1.0), None);
+    }
+
+    #[test]
+    fn too_few_points_are_no_layer() {
+        let points = lattice(|_, _, _| 0.0);
+        assert!(fit_layer(&points[..8], 0.0, 12).is_none());
+    }
+}

@@ -1,0 +1,396 @@
+//! What holes and slots share: points of the surrounding sheet, search, window, soft-edge fit, coverage.
+
+use super::frame::{FeatureFrame, Uvw};
+use super::layer::{Layer, fit_layer, height, most_frequent_height};
+use super::patch::CadPatch;
+use super::rim::rims_near;
+use super::{LEAST_COVERED, Local, NotFound};
+use crate::fit::soft_edge::outline::MAX_SHAPE;
+use crate::fit::soft_edge::{
+    Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, fit_soft_edge, refine_soft_edge,
+};
+
+/// An outline that encloses a void: what the search needs to know of it.
+pub trait Opening: Outline {
+    /// The word for people.
+    const WORD: &'static str;
+    /// Shape parameters that are sizes, kept nominal while searching.
+    const SIZES: [bool; MAX_SHAPE];
+    /// Its centre.
+    fn centre(&self) -> [f64; 2];
+    /// The same outline elsewhere.
+    fn centred_at(&self, centre: [f64; 2]) -> Self;
+    /// Distance from the centre to its furthest place, mm.
+    fn reach_mm(&self) -> f64;
+    /// Corners of the outline grown by a distance, counter-clockwise, enclosing the same area as the true curve.
+    fn grown(&self, by_mm: f64) -> Vec<[f64; 2]>;
+    /// Largest difference of a size (diameter, length, width) between two outlines of the family, mm.
+    fn size_difference_mm(&self, other: &Self) -> f64;
+    /// Its sizes in words.
+    fn sizes_in_words(&self) -> String;
+}
+
+/// An opening as found, in its feature's frame.
+pub struct OpeningFound<O> {
+    /// The fit, about the frame's origin.
+    pub fit: SoftEdgeFit<O>,
+    /// The surrounding sheet, heights above the CAD.
+    pub layer: Layer,
+    /// How much the CAD rises from the nominal to the found centre, mm.
+    pub rise_mm: f64,
+    /// Spacing of the points around it, mm.
+    pub spacing_mm: f64,
+}
+
+impl<O: Opening> OpeningFound<O> {
+    /// The centre with its height on the seen face.
+    pub fn centre(&self) -> Uvw {
+        let [u, v] = self.fit.outline.centre();
+        [u, v, height(&self.layer.plane, u, v) + self.rise_mm]
+    }
+
+    /// Normal of the measured sheet, on the side of w.
+    pub fn normal(&self) -> Uvw {
+        let [_, eu, ev] = self.layer.plane;
+        let length = (1.0 + eu * eu + ev * ev).sqrt();
+        [-eu / length, -ev / length, 1.0 / length]
+    }
+
+    /// Variance of the centre's height.
+    pub fn height_variance(&self) -> f64 {
+        let [u, v] = self.fit.outline.centre();
+        let row = nalgebra::Vector3::new(1.0, u, v);
+        (self.layer.covariance * row).dot(&row).max(0.0)
+    }
+}
+
+/// Material needed around the outline, mm.
+fn margin_mm(spacing_mm: f64) -> f64 {
+    (8.0 * spacing_mm).max(1.5)
+}
+
+/// Measures an opening whose centre is nominally the frame's origin.
+pub fn measure_opening<O: Opening>(
+    local: &Local,
+    frame: &FeatureFrame,
+    nominal: &O,
+    search_mm: f64,
+) -> Result<OpeningFound<O>, NotFound> {
+    let h = local.scan.spacing_mm;
+    let reach = nominal.reach_mm() + margin_mm(h);
+    let depth = search_mm + 2.0 + 0.3 * reach;
+    let patch = CadPatch::sample(local, frame, &sample_places(nominal, margin_mm(h)), depth + reach);
+    let gathered = frame.gather(local, [0.0, 0.0], reach + search_mm, depth);
+    let (sheet, layer) = sheet_around(&patch, &gathered, nominal, search_mm, frame.outward, margin_mm(h))?;
+    let rough = search(&sheet, nominal, h, search_mm, reach)?;
+    let obstacles = obstacles(local, frame, nominal, reach + search_mm + 2.0);
+    let fit = final_fit(&sheet, &rough, &obstacles, h)?;
+    let spacing_mm = fit.density_per_mm2.sqrt().recip();
+    check(&fit, nominal, &sheet, spacing_mm, search_mm)?;
+    let [u, v] = fit.outline.centre();
+    let rise_mm = patch.rise(u, v);
+    Ok(OpeningFound { fit, layer, rise_mm, spacing_mm })
+}
+
+/// Where the CAD is sampled: three rings around the outline.
+fn sample_places<O: Opening>(nominal: &O, margin: f64) -> Vec<[f64; 2]> {
+    let mut places = Vec::new();
+    for by in [0.08 * margin, 0.5 * margin, margin] {
+        let ring = nominal.grown(by);
+        places.extend(ring.iter().step_by(ring.len() / 16).copied());
+    }
+    places
+}
+
+/// (u, v) of the points that lie in the sheet around the opening, and that sheet's layer.
+fn sheet_around<O: Opening>(
+    patch: &CadPatch,
+    gathered: &[Uvw],
+    nominal: &O,
+    search_mm: f64,
+    outward: f64,
+    margin: f64,
+) -> Result<(Vec<[f64; 2]>, Layer), NotFound> {
+    const NEEDED: usize = 40;
+    if gathered.len() < NEEDED {
+        return Err(NotFound::too_few(gathered.len(), NEEDED));
+    }
+    let mut unused = [0.0; MAX_SHAPE];
+    let mut heights: Vec<[f64; 3]> = gathered.iter().map(|p| [p[0], p[1], patch.residual(p)]).collect();
+    heights.retain(|p| p[2].is_finite());
+    let ring: Vec<[f64; 3]> = heights
+        .iter()
+        .filter(|p| (0.3..margin).contains(&nominal.signed_mm([p[0], p[1]], &mut unused)))
+        .filter(|p| p[2].abs() <= search_mm)
+        .copied()
+        .collect();
+    let scattered =
+        || NotFound::new(format!("no sheet around the {} within ±{search_mm:.1} mm of its place", O::WORD), ring.len());
+    if ring.len() < NEEDED {
+        return Err(NotFound::too_few(ring.len(), NEEDED));
+    }
+    let ring_heights: Vec<f64> = ring.iter().map(|p| p[2]).collect();
+    let start = most_frequent_height(&ring_heights, outward).ok_or_else(scattered)?;
+    let layer = fit_layer(&ring, start, NEEDED / 2).ok_or_else(scattered)?;
+    let gate = (3.5 * layer.sigma_mm).max(0.15);
+    let in_sheet = heights.iter().filter(|p| (p[2] - height(&layer.plane, p[0], p[1])).abs() < gate);
+    Ok((in_sheet.map(|p| [p[0], p[1]]).collect(), layer))
+}
+
+/// A start for the fit, from points thinned to a few hundred: first with a wide blur from the nominal place, and where that
+/// leads nowhere from the place of a grid that fits best.
+fn search<O: Opening>(
+    sheet: &[[f64; 2]],
+    nominal: &O,
+    spacing_mm: f64,
+    search_mm: f64,
+    reach: f64,
+) -> Result<O, NotFound> {
+    const THINNED: usize = 1500;
+    let stride = sheet.len().div_ceil(THINNED).max(1);
+    let within = |p: &&[f64; 2]| p[0].hypot(p[1]) < reach + search_mm;
+    let thinned: Vec<[f64; 2]> = sheet.iter().step_by(stride).filter(within).copied().collect();
+    let h = spacing_mm * (stride as f64).sqrt();
+    let window = Window::disc(reach + search_mm);
+    let mut settings = SoftEdgeSettings::new(h);
+    settings.fixed_shape = O::SIZES;
+    settings.clutter = 0.02;
+    let wide = (0.4 * search_mm).max(h);
+    let attempt = |start: &O, taus: &[f64]| {
+        let mut outline = start.clone();
+        let mut fit = None;
+        for tau in taus {
+            let next = refine_soft_edge(&thinned, window, &outline, &settings.with_tau(*tau)).ok()?;
+            outline = next.outline.clone();
+            fit = Some(next);
+        }
+        fit
+    };
+    let near = attempt(nominal, &[wide, 0.5 * wide.max(h), 0.7 * h]);
+    let good = |fit: &SoftEdgeFit<O>| {
+        let [u, v] = fit.outline.centre();
+        u.hypot(v) < search_mm && inside_share(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2) < 0.15
+    };
+    if let Some(fit) = near.filter(good) {
+        return Ok(fit.outline);
+    }
+    let best = emptiest_place(&thinned, nominal, search_mm, h);
+    let again = attempt(&nominal.centred_at(best), &[h.max(0.3), 0.7 * h]);
+    let none = || NotFound::new(format!("no {} here: the points go on over its place", O::WORD), sheet.len());
+    let fit = again.ok_or_else(none)?;
+    if inside_share(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2) > 0.5 { Err(none()) } else { Ok(fit.outline) }
+}
+
+/// The grid place (step a tenth of the search) around which the nominal outline holds the fewest points; the nearest to the
+/// nominal place among equals, averaged over those that are.
+fn emptiest_place<O: Opening>(points: &[[f64; 2]], nominal: &O, search_mm: f64, spacing_mm: f64) -> [f64; 2] {
+    const HALF: i32 = 8;
+    let mut unused = [0.0; MAX_SHAPE];
+    let mut best = (usize::MAX, [0.0; 2], 0.0);
+    for i in -HALF..=HALF {
+        for j in -HALF..=HALF {
+            let place = [search_mm * f64::from(i) / f64::from(HALF), search_mm * f64::from(j) / f64::from(HALF)];
+            if place[0].hypot(place[1]) > search_mm {
+                continue;
+            }
+            let outline = nominal.centred_at(place);
+            let held = points.iter().filter(|p| outline.signed_mm(**p, &mut unused) < -0.5 * spacing_mm).count();
+            if held < best.0 {
+                best = (held, place, 1.0);
+            } else if held == best.0 {
+                best.1 = [best.1[0] + place[0], best.1[1] + place[1]];
+                best.2 += 1.0;
+            }
+        }
+    }
+    let count = f64::max(best.2, 1.0);
+    [best.1[0] / count, best.1[1] / count]
+}
+
+/// Points inside an outline shrunk by `depth_mm`, over those that material of that density would have there.
+fn inside_share<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> f64 {
+    let mut unused = [0.0; MAX_SHAPE];
+    let mut step = [0.0; MAX_SHAPE];
+    step[O::DEPTH.0] = -depth_mm * O::DEPTH.1;
+    let inner = outline.moved(&step[..O::SHAPE]);
+    if !inner.is_sound() {
+        return 0.0;
+    }
+    let found = points.iter().filter(|p| inner.signed_mm(**p, &mut unused) < 0.0).count() as f64;
+    found / (inner.void(0.0).0[0] * density_per_mm2).max(1.0)
+}
+
+/// Places of the CAD's other trimmed edges near the opening, in the frame's plane: those of loops that do not run along
+/// the nominal outline.
+fn obstacles<O: Opening>(local: &Local, frame: &FeatureFrame, nominal: &O, radius: f64) -> Vec<[f64; 2]> {
+    let mut unused = [0.0; MAX_SHAPE];
+    let own_mm = 0.3 + 0.03 * nominal.reach_mm();
+    let mut out = Vec::new();
+    for rim in rims_near(local, frame, radius, 1.0) {
+        let on_outline = rim.places.iter().filter(|p| nominal.signed_mm(**p, &mut unused).abs() < own_mm).count();
+        if !(rim.closed && 2 * on_outline > rim.places.len()) {
+            out.extend(rim.places);
+        }
+    }
+    out
+}
+
+/// The fit in its own window: the outline as found, grown by the margin, cut half-way to the neighbours. Twice, since the
+/// window follows the outline.
+fn final_fit<O: Opening>(
+    sheet: &[[f64; 2]],
+    rough: &O,
+    obstacles: &[[f64; 2]],
+    spacing_mm: f64,
+) -> Result<SoftEdgeFit<O>, NotFound> {
+    let not_found = |error: SoftEdgeError, points: usize| match error {
+        SoftEdgeError::TooFewPoints { found, needed } => NotFound::too_few(found, needed),
+        SoftEdgeError::NoEdge => NotFound::new(format!("the points show no {} here", O::WORD), points),
+    };
+    let mut start = rough.clone();
+    let mut result = None;
+    for _ in 0..2 {
+        let centre = start.centre();
+        let (points, window) = window_points(sheet, &start, obstacles, spacing_mm);
+        let mut settings = SoftEdgeSettings::new(spacing_mm);
+        if result.is_none() {
+            // All of the shape, with a blur that still sees a few spacings far.
+            settings = settings.with_tau(0.7 * spacing_mm);
+        }
+        let origin = start.centred_at([0.0, 0.0]);
+        let fit = if settings.fixed_tau_mm.is_some() {
+            refine_soft_edge(&points, window, &origin, &settings)
+        } else {
+            fit_soft_edge(&points, window, &origin, &settings)
+        };
+        let mut fit = fit.map_err(|e| not_found(e, points.len()))?;
+        let [u, v] = fit.outline.centre();
+        fit.outline = fit.outline.centred_at([centre[0] + u, centre[1] + v]);
+        start = fit.outline.clone();
+        result = Some(fit);
+    }
+    result.ok_or_else(|| NotFound::new("the search for the outline did not start", sheet.len()))
+}
+
+/// The points of the window around an outline, relative to its centre, and the window.
+fn window_points<O: Opening>(
+    sheet: &[[f64; 2]],
+    outline: &O,
+    obstacles: &[[f64; 2]],
+    spacing_mm: f64,
+) -> (Vec<[f64; 2]>, Window) {
+    let margin = margin_mm(spacing_mm);
+    let [cu, cv] = outline.centre();
+    let centred = outline.centred_at([0.0, 0.0]);
+    let cuts = cuts(&centred, obstacles.iter().map(|p| [p[0] - cu, p[1] - cv]), margin);
+    let mut corners = centred.grown(margin);
+    for cut in &cuts {
+        corners = clipped(&corners, cut);
+    }
+    let mut unused = [0.0; MAX_SHAPE];
+    let inside =
+        |p: &[f64; 2]| cuts.iter().all(|c| c.keeps(p)) && centred.signed_mm(*p, &mut [0.0; MAX_SHAPE]) < margin;
+    let points = sheet.iter().map(|p| [p[0] - cu, p[1] - cv]).filter(inside).collect();
+    (points, Window::polygon(&corners))
+}
+
+/// Keeps the places with `normal . p <= limit`.
+struct Cut {
+    normal: [f64; 2],
+    limit: f64,
+}
+
+impl Cut {
+    fn keeps(&self, p: &[f64; 2]) -> bool {
+        self.normal[0] * p[0] + self.normal[1] * p[1] <= self.limit
+    }
+}
+
+/// Straight cuts half-way to each obstacle within the margin, the nearest first; those that an earlier cut has removed
+/// need none.
+fn cuts<O: Opening>(outline: &O, obstacles: impl Iterator<Item = [f64; 2]>, margin: f64) -> Vec<Cut> {
+    let mut near: Vec<(f64, [f64; 2], [f64; 2])> = obstacles
+        .filter_map(|p| {
+            let mut gradient = [0.0; MAX_SHAPE];
+            let s = outline.signed_mm(p, &mut gradient);
+            // The centre's derivatives are minus the direction away from the outline.
+            (0.0..margin).contains(&s).then_some((s, p, [-gradient[0], -gradient[1]]))
+        })
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut cuts: Vec<Cut> = Vec::new();
+    for (s, p, normal) in near {
+        if cuts.iter().all(|c| c.keeps(&p)) {
+            cuts.push(Cut { normal, limit: normal[0] * p[0] + normal[1] * p[1] - 0.5 * s });
+        }
+    }
+    cuts
+}
+
+/// A convex polygon without what a cut removes.
+fn clipped(corners: &[[f64; 2]], cut: &Cut) -> Vec<[f64; 2]> {
+    let excess = |p: &[f64; 2]| cut.normal[0] * p[0] + cut.normal[1] * p[1] - cut.limit;
+    let mut out = Vec::with_capacity(corners.len() + 1);
+    for (k, a) in corners.iter().enumerate() {
+        let b = &corners[(k + 1) % corners.len()];
+        let (ea, eb) = (excess(a), excess(b));
+        if ea <= 0.0 {
+            out.push(*a);
+        }
+        if (ea < 0.0 && eb > 0.0) || (ea > 0.0 && eb < 0.0) {
+            let t = ea / (ea - eb);
+            out.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+        }
+    }
+    out
+}
+
+/// Is it the opening that was looked for, and is enough of its rim seen?
+fn check<O: Opening>(
+    fit: &SoftEdgeFit<O>,
+    nominal: &O,
+    sheet: &[[f64; 2]],
+    spacing_mm: f64,
+    search_mm: f64,
+) -> Result<(), NotFound> {
+    let word = O::WORD;
+    let not = |reason: String| Err(NotFound::new(reason, fit.points));
+    let [u, v] = fit.outline.centre();
+    if inside_share(sheet, &fit.outline, 0.5 * spacing_mm, fit.density_per_mm2) > 0.4 {
+        return not(format!("no {word} here: the points go on over its place"));
+    }
+    if u.hypot(v) > search_mm {
+        return not(format!("no {word} within ±{search_mm:.1} mm of its place"));
+    }
+    let allowed = (0.5 * search_mm).max(4.0 * spacing_mm);
+    if fit.outline.size_difference_mm(nominal) > allowed {
+        return not(format!(
+            "the gap found here is {}, the {word} is {}",
+            fit.outline.sizes_in_words(),
+            nominal.sizes_in_words()
+        ));
+    }
+    let covered = covered_share(sheet, &fit.outline, spacing_mm);
+    if covered < LEAST_COVERED {
+        return not(format!(
+            "the rim is seen over {:.0} % of its length only, {:.0} % are needed",
+            100.0 * covered,
+            100.0 * LEAST_COVERED
+        ));
+    }
+    if !fit.converged {
+        return not(format!("the search for the rim of the {word} did not settle"));
+    }
+    Ok(())
+}
+
+/// An arc about a centre from one angle to another, as corners whose polygon has the area of the sector: the radius is
+/// grown by the ratio of chord triangle to sector.
+pub fn arc(centre: [f64; 2], radius: f64, from: f64, to: f64, steps: usize, out: &mut Vec<[f64; 2]>) {
+    let step = (to - from) / steps as f64;
+    let grown = radius * (step / step.sin()).sqrt();
+    for k in 0..=steps {
+        let (sin, cos) = (from + step * k as f64).sin_cos();
+        out.push([centre[0] + grown * cos, centre[1] + grown * sin]);
+    }
+}

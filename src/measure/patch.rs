@@ -1,0 +1,103 @@
+//! The CAD face around a feature as heights over the feature's plane.
+//!
+//! Points are compared with the CAD before a plane is fitted to them: a plane fitted to the points of a curved face is wrong
+//! by curvature x radius² / 4. Where the face is smooth, a quadratic through some rays stands for it, which costs nothing
+//! per point and evens out the CAD's facets; where it is not (a bend within the window), each point asks the face.
+
+use super::Local;
+use super::frame::{FeatureFrame, Uvw};
+use nalgebra::{SMatrix, SVector};
+
+/// A quadratic is good enough when it misses no sampled height by more than this, mm.
+const QUADRATIC_LIMIT_MM: f64 = 0.02;
+
+/// Heights of the CAD's seen face above the plane w = 0 of a feature's frame.
+pub enum CadPatch<'a> {
+    /// Coefficients of 1, u, v, u², uv, v², with u and v over `scale`.
+    Quadratic([f64; 6], f64),
+    /// Each point asks the face; the number is the face's height at the origin (0 over no material).
+    Exact(&'a FeatureFrame, Local<'a>, f64),
+}
+
+impl<'a> CadPatch<'a> {
+    /// Samples the face at places of the feature's plane (those over no material are skipped) within `depth_mm`.
+    pub fn sample(local: &Local<'a>, frame: &'a FeatureFrame, places: &[[f64; 2]], depth_mm: f64) -> Self {
+        let down = frame.vector([0.0, 0.0, -frame.outward]);
+        let mut rows = Vec::with_capacity(places.len());
+        let height_at = |p: &[f64; 2]| {
+            let origin = frame.on_seen_face([p[0], p[1], frame.outward * depth_mm]);
+            let hit = local.face.bvh.ray(&origin, &down, 2.0 * depth_mm)?;
+            Some(frame.outward * (depth_mm - hit.t))
+        };
+        for p in places {
+            if let Some(height) = height_at(p) {
+                rows.push([p[0], p[1], height]);
+            }
+        }
+        match fit_quadratic(&rows) {
+            Some((c, scale)) if worst(&rows, &c, scale) < QUADRATIC_LIMIT_MM => CadPatch::Quadratic(c, scale),
+            _ => CadPatch::Exact(frame, *local, height_at(&[0.0; 2]).unwrap_or(0.0)),
+        }
+    }
+
+    /// Height of a point above the CAD face, along w.
+    pub fn residual(&self, p: &Uvw) -> f64 {
+        match self {
+            CadPatch::Quadratic(c, scale) => p[2] - height(c, *scale, p[0], p[1]),
+            // Past a trimmed edge the tangent plane at the edge goes on.
+            CadPatch::Exact(frame, local, _) => {
+                let point = frame.on_seen_face(*p);
+                let Some(hit) = local.face.closest(&point, f64::INFINITY) else { return f64::NAN };
+                let slope = hit.normal.dot(&frame.axes[2]) * frame.outward;
+                (point - hit.point).dot(&hit.normal) * frame.outward / slope.max(0.3)
+            }
+        }
+    }
+
+    /// How much the face rises from the origin to a place; 0 where only the face itself could tell.
+    pub fn rise(&self, u: f64, v: f64) -> f64 {
+        match self {
+            CadPatch::Quadratic(c, scale) => height(c, *scale, u, v) - c[0],
+            CadPatch::Exact(..) => 0.0,
+        }
+    }
+
+    /// Height of the face at the origin: how far the CAD's facets are from the nominal place.
+    pub fn at_origin(&self) -> f64 {
+        match self {
+            CadPatch::Quadratic(c, _) => c[0],
+            CadPatch::Exact(_, _, height) => *height,
+        }
+    }
+}
+
+fn terms(u: f64, v: f64) -> [f64; 6] {
+    [1.0, u, v, u * u, u * v, v * v]
+}
+
+fn height(c: &[f64; 6], scale: f64, u: f64, v: f64) -> f64 {
+    terms(u / scale, v / scale).iter().zip(c).map(|(t, c)| t * c).sum()
+}
+
+/// Least squares over (u, v, height); `None` with fewer than ten rows or rows along a line.
+fn fit_quadratic(rows: &[Uvw]) -> Option<([f64; 6], f64)> {
+    if rows.len() < 10 {
+        return None;
+    }
+    let scale = rows.iter().map(|r| r[0].hypot(r[1])).fold(0.0, f64::max);
+    let mut normal = SMatrix::<f64, 6, 6>::zeros();
+    let mut right = SVector::<f64, 6>::zeros();
+    for r in rows {
+        let t = SVector::from(terms(r[0] / scale, r[1] / scale));
+        normal += t * t.transpose();
+        right += t * r[2];
+    }
+    let cholesky = normal.cholesky()?;
+    // Pivots tell how well a term stands apart from those before it; heights need 1e-4 of the window at most.
+    let pivots = cholesky.l_dirty().diagonal();
+    (pivots.min() > 1e-4 * pivots.max()).then(|| (cholesky.solve(&right).into(), scale))
+}
+
+fn worst(rows: &[Uvw], c: &[f64; 6], scale: f64) -> f64 {
+    rows.iter().map(|r| (r[2] - height(c, scale, r[0], r[1])).abs()).fold(0.0, f64::max)
+}

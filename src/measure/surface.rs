@@ -1,0 +1,128 @@
+//! A point of the surface: where the line through the nominal place meets the measured sheet.
+//!
+//! The heights of the points above the CAD face are told along the plan's direction, a plane is fitted to them in a small
+//! disc around the line, and its height on the line is the deviation. Telling heights along the direction (and not along the
+//! face's normal) makes the plane's value on the line the intersection itself, at any tilt.
+
+use super::frame::{FeatureFrame, seen_place};
+use super::layer::{fit_layer, most_frequent_height};
+use super::patch::CadPatch;
+use super::{Local, NotFound};
+use crate::geometry::{Point3, UnitVector3, Vector3};
+
+/// A point of the surface as found. CAD frame, on the CAD's own face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceFound {
+    /// Where the line meets the measured surface.
+    pub position: Point3,
+    /// Normal of the measured surface there, on the plan's side.
+    pub normal: Vector3,
+    /// Along the plan's direction.
+    pub deviation_mm: f64,
+    /// k = 1, from the scatter of the points alone.
+    pub standard_uncertainty_mm: f64,
+    /// Rms of the points about the fitted plane.
+    pub rms_mm: f64,
+    /// Points of the fit.
+    pub points_used: usize,
+}
+
+/// Fewest points of a fit.
+const NEEDED: usize = 12;
+/// The plan's direction must not lean over more than this from the normal (cosine).
+const LEAST_COSINE: f64 = 0.5;
+
+/// Measures where the line through `position` along `direction` meets the sheet, at most `search_mm` away.
+pub fn surface(
+    local: &Local,
+    position: &Point3,
+    direction: &UnitVector3,
+    search_mm: f64,
+) -> Result<SurfaceFound, NotFound> {
+    let side = local.face.side;
+    let near =
+        local.face.closest(position, f64::INFINITY).ok_or_else(|| NotFound::new("the CAD has no face here", 0))?;
+    let normal = UnitVector3::new_unchecked(near.normal.into_inner() * side.sign());
+    if normal.dot(direction) < LEAST_COSINE {
+        let angle = normal.dot(direction).clamp(-1.0, 1.0).acos().to_degrees();
+        return Err(NotFound::new(
+            format!("the plan's direction leans {angle:.0}° away from the sheet's normal, 60° are allowed"),
+            0,
+        ));
+    }
+    let seen = seen_place(local, position, &normal);
+    let frame = FeatureFrame::new(*position, seen, direction, None, side);
+    let mut radius = window_radius(local, &seen);
+    let (patch, points) = loop {
+        let places = disc_places(radius);
+        let patch = CadPatch::sample(local, &frame, &places, search_mm + 2.0 + radius);
+        let points = heights(local, &frame, &patch, radius, search_mm);
+        if points.len() >= 2 * NEEDED || radius > 8.0 * local.scan.spacing_mm {
+            break (patch, points);
+        }
+        radius *= 1.4;
+    };
+    measure_in(&frame, &patch, &points, radius)
+}
+
+/// Six spacings or 1.5 mm, but at most half-way to the next trimmed edge, unless that leaves too few points.
+fn window_radius(local: &Local, seen: &Point3) -> f64 {
+    let h = local.scan.spacing_mm;
+    let wanted = (6.0 * h).max(1.5);
+    wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(3.6 * h)
+}
+
+/// Where the CAD is sampled: the middle and three rings.
+fn disc_places(radius: f64) -> Vec<[f64; 2]> {
+    let mut places = vec![[0.0, 0.0]];
+    for (share, count) in [(0.4, 6), (0.75, 10), (1.0, 12)] {
+        for k in 0..count {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(count)).sin_cos();
+            places.push([share * radius * cos, share * radius * sin]);
+        }
+    }
+    places
+}
+
+/// (u, v, height above the CAD) of the points in the disc.
+fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, search_mm: f64) -> Vec<[f64; 3]> {
+    // A face that leans away from the direction reaches further along it.
+    let depth = search_mm + 1.8 * radius;
+    let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
+    let above = gathered.iter().map(|p| [p[0], p[1], patch.residual(p)]);
+    above.filter(|p| p[2].abs() <= search_mm).collect()
+}
+
+fn measure_in(
+    frame: &FeatureFrame,
+    patch: &CadPatch,
+    points: &[[f64; 3]],
+    radius: f64,
+) -> Result<SurfaceFound, NotFound> {
+    if points.len() < NEEDED {
+        return Err(NotFound::too_few(points.len(), NEEDED));
+    }
+    let heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
+    let scattered = || NotFound::new("the points within the window lie on no common surface", points.len());
+    let start = most_frequent_height(&heights, frame.outward).ok_or_else(scattered)?;
+    let layer = fit_layer(points, start, NEEDED).ok_or_else(scattered)?;
+    // Were the points spread evenly around the line, its height would be as certain as their mean: 1 / points. Five times
+    // that variance means that they stand beside it.
+    if layer.covariance[(0, 0)] * layer.points as f64 > 5.0 * layer.sigma_mm * layer.sigma_mm {
+        return Err(NotFound::new(
+            format!("the points stand to one side of the place, over a window of {radius:.1} mm"),
+            points.len(),
+        ));
+    }
+    let deviation_mm = layer.plane[0] + patch.at_origin();
+    let [_, eu, ev] = layer.plane;
+    let slope = [eu + patch.rise(1e-3, 0.0) / 1e-3, ev + patch.rise(0.0, 1e-3) / 1e-3];
+    Ok(SurfaceFound {
+        position: frame.on_own_face([0.0, 0.0, deviation_mm]),
+        normal: frame.vector([-slope[0], -slope[1], 1.0]).normalize(),
+        deviation_mm,
+        standard_uncertainty_mm: layer.covariance[(0, 0)].max(0.0).sqrt(),
+        rms_mm: layer.rms_mm,
+        points_used: layer.points,
+    })
+}
