@@ -1,5 +1,17 @@
 //! Where the part lies: global pose, robust best fit, datum alignment.
 
+pub mod best_fit;
+mod candidates;
+mod evidence;
+mod height_map;
+mod icp;
 pub mod pose;
+mod pose_search;
+mod refuse;
+mod rim;
+mod sampling;
+mod template;
+mod view;
 
+pub use best_fit::best_fit;
 pub use pose::*;

@@ -1,0 +1,294 @@
+//! The robust best fit of a scan to the CAD: which way the part lies, which side is seen, and how certain that is.
+//!
+//! ```text
+//! kept points --sample--> work cloud --height map x templates--> modes --register, halve--> candidates
+//!   --turns and partners--> contest on the cells where poses disagree --> winner, margin --> polish
+//! ```
+//!
+//! A wrong pose is worse than none: whatever is not clearly better than every distinct pose is refused, with the numbers.
+
+use super::candidates::{self, Candidate};
+use super::evidence::{self, Contest, Gaps, Ground, RESIDUAL_LIMIT_MM, Witness};
+use super::height_map::{HeightMap, Raster};
+use super::icp::{Settings, distances, register};
+use super::pose::BestFit;
+use super::pose_search;
+use super::refuse;
+use super::rim::{DenseIndex, RimLock};
+use super::sampling::WorkCloud;
+use super::template::Template;
+use super::view::{View, directions};
+use crate::diagnostic::Stop;
+use crate::geometry::CadFromScan;
+use crate::part::Part;
+use crate::plan::Side;
+use crate::run::RunContext;
+use crate::scan::ConditionedScan;
+use rayon::prelude::*;
+
+/// The margin below which a scan is refused.
+pub const MARGIN_LIMIT: f64 = 1.5;
+/// Points for residuals in the contest.
+const FINE_POINTS: usize = 3000;
+/// Points of the last registration.
+const POLISH_POINTS: usize = 6000;
+
+/// Finds the pose and the side of a scan.
+///
+/// # Errors
+/// `Refused` with the reason when there is no part in the scan, the side cannot be told, the scan does not look like the
+/// part, or two distinct poses fit almost alike; `Cancelled` when the job was.
+pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result<BestFit, Stop> {
+    run.check()?;
+    refuse::without_points(scan)?;
+    let view = View::of(part, scan)?;
+    let cloud = WorkCloud::new(scan, &view);
+    refuse::wrong_size(part, &cloud.dense)?;
+    let mut found = align(part, scan, &cloud, run);
+    if view.both_ends {
+        // Nobody knows from which end of z the sheet was seen: the face that fits better is the answer.
+        let flipped = cloud.flipped();
+        let other = align(part, scan, &flipped, run);
+        found = match (found, other) {
+            (Ok(a), Ok(b)) => Ok(if b.registered.rms_mm < a.registered.rms_mm { b } else { a }),
+            (Err(Stop::Refused(_)), Ok(b)) => Ok(b),
+            (a, _) => a,
+        };
+    }
+    let found = found?;
+    let rotation = found.cad_from_scan.isometry().rotation.to_rotation_matrix();
+    assert!((rotation.matrix().determinant() - 1.0).abs() < 1e-9, "a pose is a proper rotation");
+    Ok(BestFit {
+        cad_from_scan: found.cad_from_scan,
+        side: view.tells_side.then_some(found.side),
+        face: if view.tells_side || view.both_ends { found.side } else { Side::Top },
+        rms_mm: found.registered.rms_mm,
+        inlier_ratio: found.registered.inlier_ratio,
+        margin: found.margin,
+        margin_limit: MARGIN_LIMIT,
+        poses_tried: found.poses_tried,
+        to_camera_scan: view.to_camera_scan,
+    })
+}
+
+/// A pose with what is known about it.
+struct Found {
+    cad_from_scan: CadFromScan,
+    side: Side,
+    registered: super::icp::Registered,
+    margin: f64,
+    poses_tried: usize,
+}
+
+fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContext) -> Result<Found, Stop> {
+    let diagonal = part.diagonal_mm();
+    let spacing = scan.spacing_mm * (scan.kept.len() as f64 / cloud.dense.len() as f64).sqrt();
+    let raster = |cell_mm: f64| Raster::over(&cloud.dense, cell_mm, 0.06 * diagonal, 1.2 * diagonal);
+    let coarse = raster((2.2 * spacing).max(2.0).max(diagonal / 250.0));
+    let map = HeightMap::build(&cloud.dense, coarse).ok_or_else(|| refuse::no_part(scan))?;
+    let templates: Vec<Template> = directions(part, cloud)
+        .into_par_iter()
+        .map(|up| {
+            run.check()?;
+            Ok(Template::draw(part, candidates::seen_side(part, &up), &up))
+        })
+        .collect::<Result<_, Stop>>()?;
+    let mut modes = Vec::new();
+    for which in 0..templates.len() {
+        modes.extend(pose_search::search(&map, &templates, which, diagonal, run)?);
+    }
+    let starts = candidates::starts(part, &templates, &mut modes);
+    let mut poses_tried = starts.len();
+
+    let ground = Ground::new(&cloud.dense, raster((2.4 * spacing).max(1.0)), low_mm(scan, cloud));
+    let index = DenseIndex::build(&cloud.dense, raster(2.0), ground.usual / ground.cell_mm2());
+    let subsets = candidates::stage_subsets(cloud);
+    let mut list = candidates::halve(part, &subsets, &index, starts, run)?;
+    let mut views = Views { part, templates };
+    poses_tried += add_turned(part, cloud, &subsets[1], &index, &mut views, &mut list, run)?;
+
+    let outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
+    outcome.refuse_unless_certain(part, &list)?;
+    let winner = &list[outcome.winner];
+    let (pose, registered) = polish(part, cloud, &index, winner, run)?;
+    Ok(Found {
+        cad_from_scan: CadFromScan::new(pose * cloud.work_from_scan),
+        side: winner.side,
+        registered,
+        margin: outcome.contest.margin,
+        poses_tried,
+    })
+}
+
+/// Height above the belt up to which a face may have been taken away with it.
+fn low_mm(scan: &ConditionedScan, cloud: &WorkCloud) -> f64 {
+    match &scan.belt {
+        Some(belt) if cloud.on_belt => (5.0 * belt.sigma_mm).max(0.6),
+        _ => f64::NEG_INFINITY,
+    }
+}
+
+/// Templates by direction of view; one is drawn when none is near enough.
+struct Views<'a> {
+    part: &'a Part,
+    templates: Vec<Template>,
+}
+
+impl Views<'_> {
+    /// The template for a candidate, drawn if need be.
+    fn of(&mut self, candidate: &Candidate) -> usize {
+        let up = candidate.up_cad();
+        let near = |t: &Template| {
+            t.side == candidate.side && (t.template_from_cad.rotation * up).z > 2f64.to_radians().cos()
+        };
+        if let Some(k) = self.templates.iter().position(near) {
+            return k;
+        }
+        self.templates.push(Template::draw(self.part, candidate.side, &up));
+        self.templates.len() - 1
+    }
+}
+
+/// Adds turned poses of the best candidate of each side; how many were tried.
+fn add_turned(
+    part: &Part,
+    cloud: &WorkCloud,
+    points: &[crate::geometry::Point3],
+    index: &DenseIndex,
+    views: &mut Views,
+    list: &mut Vec<Candidate>,
+    run: &RunContext,
+) -> Result<usize, Stop> {
+    let sweep_points = cloud.subset(8000);
+    let mut tried = 0;
+    for side in [Side::Top, Side::Bottom] {
+        let Some(best) = list.iter().find(|c| c.side == side && !c.locked).cloned() else { continue };
+        run.check()?;
+        let template = views.of(&best);
+        let turned = candidates::turned(part, &views.templates[template], &sweep_points, &best);
+        tried += turned.len();
+        let improved: Vec<Candidate> = turned
+            .into_par_iter()
+            .map(|c| candidates::improve(part, points, c, 10, 4.0, Some(index), run))
+            .collect::<Result<_, _>>()?;
+        for c in improved {
+            let known = list.iter().any(|k| {
+                let (angle, distance) = candidates::difference(part, &k.cad_from_work, &c.cad_from_work);
+                angle < 0.5f64.to_radians() && distance < 0.5
+            });
+            if !known {
+                list.push(c);
+            }
+        }
+    }
+    Ok(tried)
+}
+
+/// What the contest of all candidates says.
+struct Outcome {
+    winner: usize,
+    rival: Option<usize>,
+    contest: Contest,
+    coverage: f64,
+    explained: f64,
+    contradiction: f64,
+}
+
+fn judge(
+    part: &Part,
+    cloud: &WorkCloud,
+    ground: &Ground,
+    views: &mut Views,
+    list: &[Candidate],
+    run: &RunContext,
+) -> Result<Outcome, Stop> {
+    let fine = cloud.subset(FINE_POINTS);
+    let seen: Vec<usize> = list.iter().map(|c| views.of(c)).collect();
+    let witnesses: Vec<Witness> = (0..list.len())
+        .into_par_iter()
+        .map(|k| {
+            run.check()?;
+            let c = &list[k];
+            let residuals = distances(part.face(c.side), &fine, &c.cad_from_work, RESIDUAL_LIMIT_MM);
+            Ok(Witness::hear(ground, &cloud.dense, &views.templates[seen[k]], &c.cad_from_work, residuals))
+        })
+        .collect::<Result<_, Stop>>()?;
+    let gaps = Gaps::find(ground, &witnesses);
+    let none = Contest { against_first_mm2: 0.0, against_second_mm2: 0.0, margin: f64::INFINITY };
+    // The winner is the one whose worst contest is the best; poses that are not distinct do not contest each other.
+    let worst = |k: usize| {
+        (0..list.len())
+            .filter(|&m| m != k && candidates::distinct(part, &list[k], &list[m]))
+            .map(|m| (Some(m), evidence::contest(ground, &gaps, &witnesses[k], &witnesses[m])))
+            .min_by(|a, b| a.1.margin.total_cmp(&b.1.margin))
+            .unwrap_or((None, none))
+    };
+    let (winner, (rival, contest)) = (0..list.len())
+        .into_par_iter()
+        .filter(|&k| !list[k].locked)
+        .map(|k| (k, worst(k)))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .reduce(|a, b| {
+            let better = b.1.1.margin > a.1.1.margin
+                || b.1.1.margin == a.1.1.margin && list[b.0].cost < list[a.0].cost;
+            if better { b } else { a }
+        })
+        .ok_or_else(|| refuse::nothing_fits())?;
+    let witness = &witnesses[winner];
+    Ok(Outcome {
+        winner,
+        rival,
+        contest,
+        coverage: witness.coverage(ground),
+        explained: witness.explained_share(),
+        contradiction: evidence::contradiction_share(ground, &gaps, witness),
+    })
+}
+
+impl Outcome {
+    fn refuse_unless_certain(&self, part: &Part, list: &[Candidate]) -> Result<(), Stop> {
+        if std::env::var_os("SHAPELINE_ALIGN_TRACE").is_some() {
+            trace(part, self, list);
+        }
+        refuse::unlike(self.coverage, self.explained, self.contradiction)?;
+        if self.contest.margin < MARGIN_LIMIT {
+            let apart = self.rival.map(|rival| {
+                candidates::difference(part, &list[self.winner].cad_from_work, &list[rival].cad_from_work)
+            });
+            return Err(refuse::ambiguous(self.contest.margin, MARGIN_LIMIT, apart).into());
+        }
+        Ok(())
+    }
+}
+
+#[allow(clippy::print_stderr)]
+fn trace(part: &Part, o: &Outcome, list: &[Candidate]) {
+    eprintln!(
+        "winner {} rival {:?} {:?} coverage {:.3} explained {:.3} contradiction {:.4}",
+        o.winner, o.rival, o.contest, o.coverage, o.explained, o.contradiction
+    );
+    for (k, c) in list.iter().enumerate() {
+        let (a, d) = candidates::difference(part, &c.cad_from_work, &list[o.winner].cad_from_work);
+        let weakest = c.registered.as_ref().map_or(0.0, |r| r.weakest_mm);
+        eprintln!("  {k} {:?} cost {:.4} locked {} from winner {:.2} deg {:.2} mm weakest {weakest:.3}", c.side, c.cost, c.locked, a.to_degrees(), d);
+    }
+}
+
+/// The last registration, with many points and to the end.
+fn polish(
+    part: &Part,
+    cloud: &WorkCloud,
+    index: &DenseIndex,
+    winner: &Candidate,
+    run: &RunContext,
+) -> Result<(crate::geometry::Isometry3, super::icp::Registered), Stop> {
+    let points = cloud.subset(POLISH_POINTS);
+    let face = part.face(winner.side);
+    let weak = winner.registered.as_ref().is_none_or(|r| r.weakest_mm > candidates::WEAK_MM);
+    let width_mm = winner.registered.as_ref().map_or(4.0, |r| 1.5 * r.width_mm);
+    let rim = weak.then(|| RimLock::new(face, &winner.up_cad(), index));
+    let settings = Settings { steps: 30, width_mm, least_scale_mm: 0.02, stop_mm: 1e-7, locked_axis: None };
+    let registered = register(face, &points, &winner.cad_from_work, &settings, rim.as_ref(), run)?;
+    Ok((registered.cad_from_work, registered))
+}

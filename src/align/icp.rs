@@ -1,0 +1,350 @@
+//! Robust point-to-plane registration to one face, in the CAD frame.
+//!
+//! Minimises the sum of Tukey's biweight of the distances of points to the face (after Bergström and Edlund 2014, 2017):
+//! residual `r = n . (p - c)` with `c` the closest place and `n` its outward normal, weight from the full distance
+//! `|p - c|`, points beyond a trimmed edge without weight (they know nothing about the surface). Each step solves
+//!
+//! ```text
+//! (H + lambda P) x = -g,   H = sum w J'J,  P = sum w A'A,  J = [q x n; n],  A = [-[q]x  I],  q = p - centroid
+//! ```
+//!
+//! where P is the normal matrix of the point-to-point problem, so that `x' P x` is the weighted sum of squared displacements.
+//! Lambda is the smallest of a ladder for which that sum does not exceed the weighted sum of squared point-to-point
+//! distances: a point-to-plane step never moves further than the points are off (trust region). The biweight's width
+//! shrinks only after a step that was small compared with it; shrinking at every step loses poses.
+
+use super::rim::RimLock;
+use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use crate::part::Face;
+use crate::run::{Cancelled, RunContext};
+use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector6};
+use rayon::prelude::*;
+
+/// Points in one summand of the ordered reduction.
+const CHUNK: usize = 512;
+/// Width over robust standard deviation, for 95 % efficiency on normal residuals.
+const TUKEY: f64 = 4.685;
+/// The least damping: keeps motions in which the face slides on itself at rest.
+const LADDER: [f64; 6] = [1e-6, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
+
+/// How a registration goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Settings {
+    /// Most steps.
+    pub steps: usize,
+    /// Width of the biweight at the start, mm.
+    pub width_mm: f64,
+    /// Smallest robust standard deviation believed, mm.
+    pub least_scale_mm: f64,
+    /// Ends when no corner of the points' box moves further, mm.
+    pub stop_mm: f64,
+    /// A rotation axis through the points' centroid (CAD frame) about which nothing may turn.
+    pub locked_axis: Option<UnitVector3>,
+}
+
+/// Where it ended.
+#[derive(Debug, Clone)]
+pub(super) struct Registered {
+    /// The pose.
+    pub cad_from_work: Isometry3,
+    /// Last width, mm.
+    pub width_mm: f64,
+    /// Robust standard deviation of the residuals, mm.
+    pub scale_mm: f64,
+    /// Weighted rms of the points within the width, mm.
+    pub rms_mm: f64,
+    /// Points within the width / points.
+    pub inlier_ratio: f64,
+    /// Furthest motion of the last step, mm.
+    pub last_step_mm: f64,
+    /// Standard deviation of the least certain motion (mm at half the points' extent) for residuals of 0.1 mm.
+    pub weakest_mm: f64,
+}
+
+/// One point against the face.
+struct Pair {
+    at: Point3,
+    normal: Vector3,
+    residual_mm: f64,
+    distance_sq: f64,
+    counts: bool,
+}
+
+/// Sums over pairs.
+#[derive(Clone)]
+pub(super) struct Sums {
+    pub h: Matrix6<f64>,
+    pub g: Vector6<f64>,
+    pub p: Matrix6<f64>,
+    pub weight: f64,
+    pub distance_sq: f64,
+}
+
+impl Sums {
+    pub(super) fn zero() -> Self {
+        Self { h: Matrix6::zeros(), g: Vector6::zeros(), p: Matrix6::zeros(), weight: 0.0, distance_sq: 0.0 }
+    }
+
+    /// Adds one residual along a direction, at a place relative to the centre of rotation.
+    pub(super) fn add(&mut self, q: &Vector3, direction: &Vector3, residual_mm: f64, weight: f64) {
+        let turn = q.cross(direction);
+        let j = Vector6::new(turn.x, turn.y, turn.z, direction.x, direction.y, direction.z);
+        self.h += j * j.transpose() * weight;
+        self.g += j * (residual_mm * weight);
+    }
+
+    /// Adds one displacement to the trust region's measure.
+    fn add_displacement(&mut self, q: &Vector3, distance_sq: f64, weight: f64) {
+        let turn = q.cross_matrix();
+        let square = -(turn * turn);
+        let mut p = self.p.fixed_view_mut::<3, 3>(0, 0);
+        p += square * weight;
+        let mut p = self.p.fixed_view_mut::<3, 3>(0, 3);
+        p += turn * weight;
+        let mut p = self.p.fixed_view_mut::<3, 3>(3, 0);
+        p -= turn * weight;
+        let mut p = self.p.fixed_view_mut::<3, 3>(3, 3);
+        p += nalgebra::Matrix3::identity() * weight;
+        self.weight += weight;
+        self.distance_sq += weight * distance_sq;
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        self.h += other.h;
+        self.g += other.g;
+        self.p += other.p;
+        self.weight += other.weight;
+        self.distance_sq += other.distance_sq;
+        self
+    }
+}
+
+/// Tukey's biweight.
+pub(super) fn tukey_weight(r_sq: f64, width_mm: f64) -> f64 {
+    let u = 1.0 - r_sq / (width_mm * width_mm);
+    if u > 0.0 { u * u } else { 0.0 }
+}
+
+/// Registers points (work frame) to a face from a start pose. `seeds` keeps each point's last triangle between calls.
+pub(super) fn register(
+    face: &Face,
+    points: &[Point3],
+    start: &Isometry3,
+    settings: &Settings,
+    rim: Option<&RimLock>,
+    run: &RunContext,
+) -> Result<Registered, Cancelled> {
+    let mut pose = *start;
+    let mut width = settings.width_mm;
+    let mut seeds = vec![u32::MAX; points.len()];
+    let mut out = Registered {
+        cad_from_work: pose,
+        width_mm: width,
+        scale_mm: f64::NAN,
+        rms_mm: f64::NAN,
+        inlier_ratio: 0.0,
+        last_step_mm: f64::INFINITY,
+        weakest_mm: f64::INFINITY,
+    };
+    let extent = half_extent(points);
+    for _ in 0..settings.steps {
+        run.check()?;
+        let pairs = pairs_of(face, points, &pose, 1.5 * width, &mut seeds);
+        let scale = robust_scale(&pairs, 2.0 * width).max(settings.least_scale_mm);
+        let end_width = TUKEY * scale;
+        width = width.max(end_width.min(settings.width_mm));
+        let centre = centroid(&pairs, width);
+        let mut sums = pairs
+            .par_chunks(CHUNK)
+            .map(|chunk| summed(chunk, &centre, width))
+            .collect::<Vec<_>>()
+            .iter()
+            .fold(Sums::zero(), |total, part| total.plus(part));
+        if sums.weight < 1e-9 {
+            break;
+        }
+        note_quality(&mut out, &pairs, width, scale, &sums, extent);
+        if let Some(rim) = rim {
+            rim.add_to(&mut sums, &pose, &centre, scale);
+        }
+        if let Some(axis) = &settings.locked_axis {
+            lock(&mut sums, axis);
+        }
+        let Some(step) = trusted_step(&sums) else { break };
+        let motion = Isometry3::from_parts(
+            Translation3::from(centre.coords + step.fixed_rows::<3>(3)),
+            UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned()),
+        ) * Translation3::from(-centre.coords);
+        pose = motion * pose;
+        pose.rotation.renormalize();
+        let moved = step.fixed_rows::<3>(3).norm() + step.fixed_rows::<3>(0).norm() * extent;
+        out.cad_from_work = pose;
+        out.width_mm = width;
+        out.last_step_mm = moved;
+        let settled = width <= end_width * 1.0001;
+        if settled && moved < settings.stop_mm {
+            break;
+        }
+        if moved < 0.6 * width && !settled {
+            width = (0.75 * width).max(end_width);
+        } else if settled {
+            width = end_width;
+        }
+    }
+    Ok(out)
+}
+
+fn half_extent(points: &[Point3]) -> f64 {
+    crate::geometry::Aabb::of_points(points).map_or(1.0, |b| 0.5 * b.diagonal())
+}
+
+fn pairs_of(face: &Face, points: &[Point3], pose: &Isometry3, reach_mm: f64, seeds: &mut [u32]) -> Vec<Option<Pair>> {
+    let mut pairs: Vec<Option<Pair>> = Vec::with_capacity(points.len());
+    points
+        .par_chunks(CHUNK)
+        .zip(seeds.par_chunks_mut(CHUNK))
+        .map(|(points, seeds)| {
+            let one = |(p, seed): (&Point3, &mut u32)| {
+                let at = pose * p;
+                let hit = if *seed == u32::MAX {
+                    face.closest(&at, reach_mm)
+                } else {
+                    face.closest_seeded(&at, reach_mm, *seed)
+                }?;
+                *seed = hit.triangle;
+                let normal = hit.normal.into_inner();
+                let away = at - hit.point;
+                Some(Pair {
+                    at,
+                    normal,
+                    residual_mm: away.dot(&normal),
+                    distance_sq: away.norm_squared(),
+                    counts: !hit.on_boundary,
+                })
+            };
+            points.iter().zip(seeds.iter_mut()).map(one).collect::<Vec<_>>()
+        })
+        .collect_into_vec_of_vecs(&mut pairs);
+    pairs
+}
+
+/// Collects ordered chunks into one vector.
+trait CollectOrdered<T> {
+    fn collect_into_vec_of_vecs(self, out: &mut Vec<T>);
+}
+
+impl<T: Send, I: IndexedParallelIterator<Item = Vec<T>>> CollectOrdered<T> for I {
+    fn collect_into_vec_of_vecs(self, out: &mut Vec<T>) {
+        let chunks: Vec<Vec<T>> = self.collect();
+        out.extend(chunks.into_iter().flatten());
+    }
+}
+
+/// 1.4826 times the median absolute residual of the pairs within a reach.
+fn robust_scale(pairs: &[Option<Pair>], reach_mm: f64) -> f64 {
+    let mut sizes: Vec<f64> = pairs
+        .iter()
+        .flatten()
+        .filter(|p| p.counts && p.distance_sq < reach_mm * reach_mm)
+        .map(|p| p.residual_mm.abs())
+        .collect();
+    if sizes.is_empty() {
+        return f64::INFINITY;
+    }
+    let half = sizes.len() / 2;
+    1.4826 * *sizes.select_nth_unstable_by(half, f64::total_cmp).1
+}
+
+fn centroid(pairs: &[Option<Pair>], width: f64) -> Point3 {
+    let (mut sum, mut total) = (Vector3::zeros(), 0.0);
+    for pair in pairs.iter().flatten().filter(|p| p.counts) {
+        let w = tukey_weight(pair.distance_sq, width);
+        sum += pair.at.coords * w;
+        total += w;
+    }
+    Point3::from(sum / f64::max(total, 1e-12))
+}
+
+fn summed(pairs: &[Option<Pair>], centre: &Point3, width: f64) -> Sums {
+    let mut sums = Sums::zero();
+    for pair in pairs.iter().flatten().filter(|p| p.counts) {
+        let w = tukey_weight(pair.distance_sq, width);
+        if w > 0.0 {
+            let q = pair.at - centre;
+            sums.add(&q, &pair.normal, pair.residual_mm, w);
+            sums.add_displacement(&q, pair.distance_sq, w);
+        }
+    }
+    sums
+}
+
+fn note_quality(
+    out: &mut Registered,
+    pairs: &[Option<Pair>],
+    width: f64,
+    scale: f64,
+    sums: &Sums,
+    extent: f64,
+) {
+    let (mut inliers, mut square, mut total) = (0usize, 0.0, 0.0);
+    for pair in pairs.iter().flatten().filter(|p| p.counts && p.distance_sq < width * width) {
+        let w = tukey_weight(pair.distance_sq, width);
+        inliers += 1;
+        square += w * pair.residual_mm * pair.residual_mm;
+        total += w;
+    }
+    out.scale_mm = scale;
+    out.rms_mm = (square / f64::max(total, 1e-12)).sqrt();
+    out.inlier_ratio = inliers as f64 / pairs.len().max(1) as f64;
+    // Rotations count by what they move half way out.
+    let lever = f64::max(0.5 * extent, 1e-6);
+    let mut information = sums.h / 0.01;
+    for r in 0..6 {
+        for c in 0..6 {
+            let scale = |k: usize| if k < 3 { 1.0 / lever } else { 1.0 };
+            information[(r, c)] *= scale(r) * scale(c);
+        }
+    }
+    let least = information.symmetric_eigenvalues().min();
+    out.weakest_mm = 1.0 / least.max(1e-12).sqrt();
+}
+
+/// Takes one rotation out of the solution.
+fn lock(sums: &mut Sums, axis: &UnitVector3) {
+    let a = Vector6::new(axis.x, axis.y, axis.z, 0.0, 0.0, 0.0);
+    let stiff = 1e6 * (sums.h.trace() + sums.p.trace());
+    sums.h += a * a.transpose() * stiff;
+}
+
+/// The least damped step that the trust region allows.
+fn trusted_step(sums: &Sums) -> Option<Vector6<f64>> {
+    let mut last = None;
+    for lambda in LADDER {
+        let Some(cholesky) = (sums.h + sums.p * lambda).cholesky() else { continue };
+        let step = -cholesky.solve(&sums.g);
+        if !step.iter().all(|v| v.is_finite()) {
+            continue;
+        }
+        last = Some(step);
+        if (step.transpose() * sums.p * step)[0] <= sums.distance_sq {
+            break;
+        }
+    }
+    last
+}
+
+/// Distances, mm, of points to the face in a pose; `limit_mm` where it is further.
+pub(super) fn distances(
+    face: &Face,
+    points: &[Point3],
+    pose: &Isometry3,
+    limit_mm: f64,
+) -> Vec<f64> {
+    points
+        .iter()
+        .map(|p| {
+            let at = pose * p;
+            face.closest(&at, limit_mm).map_or(limit_mm, |hit| (at - hit.point).norm().min(limit_mm))
+        })
+        .collect()
+}

@@ -1,0 +1,120 @@
+//! Why a scan is not measured, in words with numbers, and what to do.
+
+use crate::diagnostic::{Refusal, Stop};
+use crate::geometry::Point3;
+use crate::part::Part;
+use crate::scan::ConditionedScan;
+
+/// Fewer kept points tell no pose.
+const LEAST_POINTS: usize = 150;
+/// Of the visible face, at least this share must have been measured.
+const LEAST_COVERAGE: f64 = 0.5;
+/// Of the kept points, at least this share must lie on the part.
+const LEAST_EXPLAINED: f64 = 0.5;
+/// Contradictions allowed, as a share of the visible face.
+const MOST_CONTRADICTION: f64 = 0.025;
+/// The scan may be larger or smaller than the part by this factor before it counts as another thing.
+const SIZE_FACTOR: f64 = 2.5;
+
+/// Refuses a scan with next to no points.
+pub(super) fn without_points(scan: &ConditionedScan) -> Result<(), Stop> {
+    if scan.kept.len() < LEAST_POINTS { Err(no_part(scan).into()) } else { Ok(()) }
+}
+
+/// Nothing of a part in the scan.
+pub(super) fn no_part(scan: &ConditionedScan) -> Refusal {
+    Refusal::new(
+        format!("no part in the scan: {} of {} points are not background", scan.kept.len(), scan.cloud.len()),
+        "check that a part lies in view, and the [background] settings if one does",
+    )
+}
+
+/// No pose could be tried at all.
+pub(super) fn nothing_fits() -> Refusal {
+    Refusal::new("no pose of the part fits the scan", "check that the plan names the CAD of this part")
+}
+
+/// The sheet was seen from a side that nobody knows.
+pub(super) fn without_side(thickness_mm: f64) -> Refusal {
+    Refusal::new(
+        format!("the side of the sheet cannot be told: no belt, no view direction and no normals, and the sheet is {thickness_mm} mm thick"),
+        "give view_direction in [scans], the direction in which the camera looks in the scan's frame",
+    )
+}
+
+/// Refuses a scan whose extent is not the part's.
+pub(super) fn wrong_size(part: &Part, points: &[Point3]) -> Result<(), Stop> {
+    let extent = bulk_extent(points);
+    let nominal = part.diagonal_mm();
+    if extent > SIZE_FACTOR * nominal || extent * SIZE_FACTOR < nominal {
+        let words = if extent > nominal { "large" } else { "small" };
+        return Err(Refusal::new(
+            format!("the scan is too {words} for the part: {extent:.0} mm across, the CAD {nominal:.0} mm"),
+            "check `unit` of the scan and of the CAD, and that one whole part is in view",
+        )
+        .into());
+    }
+    Ok(())
+}
+
+/// Diagonal of the box that leaves out 5 % of the points at each end of each axis.
+fn bulk_extent(points: &[Point3]) -> f64 {
+    let picks = super::sampling::spread(points.len(), 10_001);
+    let range = |axis: usize| {
+        let mut values: Vec<f64> = picks.iter().map(|&k| points[k as usize][axis]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
+        at(0.95) - at(0.05)
+    };
+    (range(0).powi(2) + range(1).powi(2) + range(2).powi(2)).sqrt()
+}
+
+/// Refuses a scan that the best pose does not explain.
+pub(super) fn unlike(coverage: f64, explained: f64, contradiction: f64) -> Result<(), Stop> {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    if coverage < LEAST_COVERAGE {
+        return Err(Refusal::new(
+            format!(
+                "too little of the part was measured: {} of the visible face, at least {} is needed",
+                percent(coverage),
+                percent(LEAST_COVERAGE)
+            ),
+            "check that the whole part is in view and that the [background] settings leave it, or that the plan names its CAD",
+        )
+        .into());
+    }
+    if explained < LEAST_EXPLAINED {
+        return Err(Refusal::new(
+            format!(
+                "the scan does not look like the plan's part: only {} of its points lie on it, at least {} must",
+                percent(explained),
+                percent(LEAST_EXPLAINED)
+            ),
+            "check that the plan names the CAD of this part, and that one part alone is in view",
+        )
+        .into());
+    }
+    if contradiction > MOST_CONTRADICTION {
+        return Err(Refusal::new(
+            format!(
+                "the scan does not look like the plan's part: holes, edges or heights differ on {} of the visible face, at most {} may",
+                percent(contradiction),
+                percent(MOST_CONTRADICTION)
+            ),
+            "check that the plan names the CAD of this part and not that of its mirrored twin",
+        )
+        .into());
+    }
+    Ok(())
+}
+
+/// Two poses fit almost alike. `apart`: angle in rad and distance in mm between them.
+pub(super) fn ambiguous(margin: f64, limit: f64, apart: Option<(f64, f64)>) -> Refusal {
+    let apart = apart.map_or(String::new(), |(angle, distance)| {
+        format!(", {:.0} degrees and {distance:.1} mm apart", angle.to_degrees())
+    });
+    Refusal::new(
+        format!("two poses of the part fit almost alike{apart}: margin {margin:.2}, at least {limit} is needed"),
+        "make sure that a hole, edge or bend that tells them apart is in view; a symmetric part needs a mark of its own",
+    )
+}

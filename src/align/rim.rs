@@ -1,0 +1,181 @@
+//! Where the data ends, for poses that the surface alone leaves free: a flat part slides, a round one turns.
+//!
+//! At places along the face's rims the number of points in a window across the rim tells where the data's edge lies: with
+//! `d` points a mm² and a window of width `b` from `-w` to `w` (outwards), `n` points put the edge at `n / (d b) - w`. That
+//! is an estimate without the bias of "outermost points"; it is only as fine as the point spacing, so it is used only
+//! together with the surface.
+
+use super::icp::{Sums, tukey_weight};
+use crate::geometry::{Isometry3, Point3, Vector3};
+use crate::part::Face;
+
+/// Half the window across the rim, mm, at least.
+const LEAST_REACH_MM: f64 = 2.0;
+/// Step along the rim, mm, at least.
+const LEAST_STEP_MM: f64 = 2.0;
+/// Most places.
+const MOST_PLACES: usize = 900;
+
+/// One place on a rim, CAD frame.
+struct RimPlace {
+    at: Point3,
+    /// Outward surface normal.
+    normal: Vector3,
+    /// In the surface, away from the material.
+    outwards: Vector3,
+    along: Vector3,
+}
+
+/// Places on the rims of a face and the points near which they are looked for.
+pub(super) struct RimLock<'a> {
+    places: Vec<RimPlace>,
+    dense: &'a DenseIndex<'a>,
+    reach_mm: f64,
+    half_width_mm: f64,
+}
+
+/// Dense points by cell of the xy plane of the work frame.
+pub(super) struct DenseIndex<'a> {
+    points: &'a [Point3],
+    raster: super::height_map::Raster,
+    starts: Vec<u32>,
+    order: Vec<u32>,
+    /// Points a mm², seen along z.
+    pub per_mm2: f64,
+}
+
+impl<'a> DenseIndex<'a> {
+    /// Sorts the points into cells.
+    pub fn build(points: &'a [Point3], raster: super::height_map::Raster, per_mm2: f64) -> Self {
+        let mut starts = vec![0u32; raster.len() + 1];
+        let cells: Vec<Option<usize>> = points.iter().map(|p| raster.index(p.x, p.y)).collect();
+        for c in cells.iter().flatten() {
+            starts[c + 1] += 1;
+        }
+        for k in 0..raster.len() {
+            starts[k + 1] += starts[k];
+        }
+        let mut next = starts.clone();
+        let mut order = vec![0u32; starts[raster.len()] as usize];
+        for (k, c) in cells.iter().enumerate() {
+            if let Some(c) = c {
+                order[next[*c] as usize] = k as u32;
+                next[*c] += 1;
+            }
+        }
+        Self { points, raster, starts, order, per_mm2 }
+    }
+
+    /// Calls `each` for the points of all cells within a reach of a place.
+    fn near(&self, x: f64, y: f64, reach_mm: f64, mut each: impl FnMut(&Point3)) {
+        let r = &self.raster;
+        let clamped = |v: f64, n: usize| (v.max(0.0) as usize).min(n - 1);
+        let (i0, i1) = (clamped((x - reach_mm - r.x0) / r.cell_mm, r.nx), clamped((x + reach_mm - r.x0) / r.cell_mm, r.nx));
+        let (j0, j1) = (clamped((y - reach_mm - r.y0) / r.cell_mm, r.ny), clamped((y + reach_mm - r.y0) / r.cell_mm, r.ny));
+        for j in j0..=j1 {
+            let (first, end) = (self.starts[j * r.nx + i0], self.starts[j * r.nx + i1 + 1]);
+            for &k in &self.order[first as usize..end as usize] {
+                each(&self.points[k as usize]);
+            }
+        }
+    }
+}
+
+impl<'a> RimLock<'a> {
+    /// Rim places of a face that are seen from `up` (CAD frame).
+    pub fn new(face: &Face, up: &Vector3, dense: &'a DenseIndex<'a>) -> Self {
+        let spacing = 1.0 / dense.per_mm2.max(1e-6).sqrt();
+        let length: f64 = face.boundary_loops.iter().map(|l| loop_length(l)).sum();
+        let step = LEAST_STEP_MM.max(length / MOST_PLACES as f64);
+        let mut places = Vec::new();
+        for rim in &face.boundary_loops {
+            for (at, along) in walk(rim, step) {
+                if let Some(place) = rim_place(face, at, along, up) {
+                    places.push(place);
+                }
+            }
+        }
+        Self {
+            places,
+            dense,
+            reach_mm: LEAST_REACH_MM.max(2.5 * spacing),
+            half_width_mm: (0.5 * step).max(2.0 * spacing),
+        }
+    }
+
+    /// Adds what the rims say to a registration's sums, in the units of residuals with standard deviation `scale_mm`.
+    pub fn add_to(&self, sums: &mut Sums, cad_from_work: &Isometry3, centre: &Point3, scale_mm: f64) {
+        let work_from_cad = cad_from_work.inverse();
+        for place in &self.places {
+            let Some((offset_mm, sigma_mm)) = self.edge_offset(place, &work_from_cad) else { continue };
+            let weight = (scale_mm / sigma_mm).powi(2) * tukey_weight(offset_mm * offset_mm, self.reach_mm);
+            sums.add(&(place.at - centre), &place.outwards, offset_mm, weight);
+        }
+    }
+
+    /// How far outside the nominal rim the data ends, mm, and its standard deviation; `None` where nothing is near.
+    fn edge_offset(&self, place: &RimPlace, work_from_cad: &Isometry3) -> Option<(f64, f64)> {
+        let at = work_from_cad * place.at;
+        let turn = work_from_cad.rotation;
+        let (outwards, along, normal) = (turn * place.outwards, turn * place.along, turn * place.normal);
+        let w = self.reach_mm;
+        // Soft ends, a quarter of a mm wide, so that the estimate is continuous in the pose.
+        let ramp = |v: f64| (v / 0.25 + 0.5).clamp(0.0, 1.0);
+        let (mut across, mut inner) = (0.0, 0.0);
+        self.dense.near(at.x, at.y, 3.0 * w + self.half_width_mm, |p| {
+            let d = p - at;
+            let s = d.dot(&outwards);
+            let height = ramp(1.5 - d.dot(&normal).abs());
+            let side = height * ramp(self.half_width_mm - d.dot(&along).abs());
+            if side > 0.0 {
+                across += side * ramp(s + w) * ramp(w - s);
+                inner += side * ramp(s + 3.0 * w) * ramp(-w - s);
+            }
+        });
+        // Where the face is slanted the same raster holds more surface.
+        let per_mm = self.dense.per_mm2 * normal.z.max(0.2) * 2.0 * self.half_width_mm;
+        let full = per_mm * 2.0 * w;
+        if inner < 0.6 * full || inner > 1.6 * full {
+            return None;
+        }
+        let offset = across / per_mm - w;
+        let sigma = (across.max(1.0).sqrt() / per_mm).max(0.1);
+        (offset.abs() < 0.9 * w).then_some((offset, sigma))
+    }
+}
+
+fn loop_length(rim: &[Point3]) -> f64 {
+    (0..rim.len()).map(|k| (rim[(k + 1) % rim.len()] - rim[k]).norm()).sum()
+}
+
+/// Places at equal steps along a closed polygon, with the direction of the side they lie on.
+fn walk(rim: &[Point3], step: f64) -> Vec<(Point3, Vector3)> {
+    let count = (loop_length(rim) / step).floor().max(3.0);
+    let step = loop_length(rim) / count;
+    let mut places = Vec::new();
+    let mut until = 0.5 * step;
+    for k in 0..rim.len() {
+        let side = rim[(k + 1) % rim.len()] - rim[k];
+        let length = side.norm();
+        while until < length {
+            places.push((rim[k] + side * (until / length), side / length));
+            until += step;
+        }
+        until -= length;
+    }
+    places
+}
+
+/// The face's frame at a rim; `None` where it is not seen from `up`.
+fn rim_place(face: &Face, at: Point3, along: Vector3, up: &Vector3) -> Option<RimPlace> {
+    let normal = face.closest(&at, 0.5)?.normal.into_inner();
+    if normal.dot(up) < 0.4 {
+        return None;
+    }
+    let outwards = along.cross(&normal).try_normalize(1e-9)?;
+    // The material's side is where a short step stays on the face.
+    let off = |d: f64| face.closest(&(at + outwards * d), 2.0).map_or(2.0, |hit| (hit.point - (at + outwards * d)).norm());
+    let (out, back) = (off(0.3), off(-0.3));
+    let outwards = if out >= back { outwards } else { -outwards };
+    ((out - back).abs() > 0.1).then_some(RimPlace { at, normal, outwards, along })
+}
