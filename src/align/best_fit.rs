@@ -16,7 +16,7 @@ use super::pose_search;
 use super::refuse;
 use super::rim::{DenseIndex, RimLock};
 use super::sampling::WorkCloud;
-use super::template::Template;
+use super::template::{Detail, Template};
 use super::view::{View, directions};
 use crate::diagnostic::Stop;
 use crate::geometry::CadFromScan;
@@ -90,7 +90,7 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
         .into_par_iter()
         .map(|up| {
             run.check()?;
-            Ok(Template::draw(part, candidates::seen_side(part, &up), &up))
+            Ok(Template::draw(part, candidates::seen_side(part, &up), &up, Detail::Samples))
         })
         .collect::<Result<_, Stop>>()?;
     let mut modes = Vec::new();
@@ -100,11 +100,11 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let starts = candidates::starts(part, &templates, &mut modes);
     let mut poses_tried = starts.len();
 
-    let ground = Ground::new(&cloud.dense, raster((2.4 * spacing).max(1.0)), low_mm(scan, cloud));
+    let ground = Ground::new(&cloud.dense, raster((2.1 * spacing).max(1.0)), low_mm(scan, cloud));
     let index = DenseIndex::build(&cloud.dense, raster(2.0), ground.usual / ground.cell_mm2());
     let subsets = candidates::stage_subsets(cloud);
     let mut list = candidates::halve(part, &subsets, &index, starts, run)?;
-    let mut views = Views { part, templates };
+    let mut views = Views { part, templates: Vec::new() };
     poses_tried += add_turned(part, cloud, &subsets[1], &index, &mut views, &mut list, run)?;
 
     let outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
@@ -138,13 +138,12 @@ impl Views<'_> {
     /// The template for a candidate, drawn if need be.
     fn of(&mut self, candidate: &Candidate) -> usize {
         let up = candidate.up_cad();
-        let near = |t: &Template| {
-            t.side == candidate.side && (t.template_from_cad.rotation * up).z > 2f64.to_radians().cos()
-        };
+        let near =
+            |t: &Template| t.side == candidate.side && (t.template_from_cad.rotation * up).z > 2f64.to_radians().cos();
         if let Some(k) = self.templates.iter().position(near) {
             return k;
         }
-        self.templates.push(Template::draw(self.part, candidate.side, &up));
+        self.templates.push(Template::draw(self.part, candidate.side, &up, Detail::Full));
         self.templates.len() - 1
     }
 }
@@ -191,7 +190,7 @@ struct Outcome {
     contest: Contest,
     coverage: f64,
     explained: f64,
-    contradiction: f64,
+    against: evidence::Against,
 }
 
 fn judge(
@@ -214,27 +213,31 @@ fn judge(
         })
         .collect::<Result<_, Stop>>()?;
     let gaps = Gaps::find(ground, &witnesses);
-    let none = Contest { against_first_mm2: 0.0, against_second_mm2: 0.0, margin: f64::INFINITY };
-    // The winner is the one whose worst contest is the best; poses that are not distinct do not contest each other.
+    let compare = |k: usize, m: usize| evidence::contest(ground, &gaps, &witnesses[k], &witnesses[m]);
+    // The winner is the one whose worst contest is the best: it beats all others, near ones too.
     let worst = |k: usize| {
         (0..list.len())
-            .filter(|&m| m != k && candidates::distinct(part, &list[k], &list[m]))
-            .map(|m| (Some(m), evidence::contest(ground, &gaps, &witnesses[k], &witnesses[m])))
-            .min_by(|a, b| a.1.margin.total_cmp(&b.1.margin))
-            .unwrap_or((None, none))
+            .filter(|&m| m != k && !list[m].locked)
+            .map(|m| compare(k, m).margin)
+            .fold(f64::INFINITY, f64::min)
     };
-    let (winner, (rival, contest)) = (0..list.len())
-        .into_par_iter()
-        .filter(|&k| !list[k].locked)
-        .map(|k| (k, worst(k)))
-        .collect::<Vec<_>>()
-        .into_iter()
-        .reduce(|a, b| {
-            let better = b.1.1.margin > a.1.1.margin
-                || b.1.1.margin == a.1.1.margin && list[b.0].cost < list[a.0].cost;
-            if better { b } else { a }
-        })
-        .ok_or_else(|| refuse::nothing_fits())?;
+    let free: Vec<usize> = (0..list.len()).filter(|&k| !list[k].locked).collect();
+    let worsts: Vec<f64> = free.par_iter().map(|&k| worst(k)).collect();
+    let mut best: Option<usize> = None;
+    for k in 0..free.len() {
+        let better =
+            |b: usize| worsts[k] > worsts[b] || worsts[k] == worsts[b] && list[free[k]].cost < list[free[b]].cost;
+        if best.is_none_or(better) {
+            best = Some(k);
+        }
+    }
+    let winner = free[best.ok_or_else(refuse::nothing_fits)?];
+    let none = Contest { against_first_mm2: 0.0, against_second_mm2: 0.0, margin: f64::INFINITY };
+    let (rival, contest) = (0..list.len())
+        .filter(|&m| candidates::distinct(part, &list[winner], &list[m]))
+        .map(|m| (Some(m), compare(winner, m)))
+        .min_by(|a, b| a.1.margin.total_cmp(&b.1.margin))
+        .unwrap_or((None, none));
     let witness = &witnesses[winner];
     Ok(Outcome {
         winner,
@@ -242,16 +245,13 @@ fn judge(
         contest,
         coverage: witness.coverage(ground),
         explained: witness.explained_share(),
-        contradiction: evidence::contradiction_share(ground, &gaps, witness),
+        against: evidence::against(ground, &gaps, witness),
     })
 }
 
 impl Outcome {
     fn refuse_unless_certain(&self, part: &Part, list: &[Candidate]) -> Result<(), Stop> {
-        if std::env::var_os("SHAPELINE_ALIGN_TRACE").is_some() {
-            trace(part, self, list);
-        }
-        refuse::unlike(self.coverage, self.explained, self.contradiction)?;
+        refuse::unlike(self.coverage, self.explained, self.against)?;
         if self.contest.margin < MARGIN_LIMIT {
             let apart = self.rival.map(|rival| {
                 candidates::difference(part, &list[self.winner].cad_from_work, &list[rival].cad_from_work)
@@ -259,19 +259,6 @@ impl Outcome {
             return Err(refuse::ambiguous(self.contest.margin, MARGIN_LIMIT, apart).into());
         }
         Ok(())
-    }
-}
-
-#[allow(clippy::print_stderr)]
-fn trace(part: &Part, o: &Outcome, list: &[Candidate]) {
-    eprintln!(
-        "winner {} rival {:?} {:?} coverage {:.3} explained {:.3} contradiction {:.4}",
-        o.winner, o.rival, o.contest, o.coverage, o.explained, o.contradiction
-    );
-    for (k, c) in list.iter().enumerate() {
-        let (a, d) = candidates::difference(part, &c.cad_from_work, &list[o.winner].cad_from_work);
-        let weakest = c.registered.as_ref().map_or(0.0, |r| r.weakest_mm);
-        eprintln!("  {k} {:?} cost {:.4} locked {} from winner {:.2} deg {:.2} mm weakest {weakest:.3}", c.side, c.cost, c.locked, a.to_degrees(), d);
     }
 }
 

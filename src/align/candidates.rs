@@ -197,7 +197,9 @@ pub(super) fn turned(part: &Part, template: &Template, points: &[Point3], from: 
         .into_par_iter()
         .map(|k| {
             let template_from_work = template.template_from_cad * pose(angle(k));
-            let one = |p: &Point3| template.height_off(&(template_from_work * p)).map_or(1.0, |off| (off / 2.0).powi(2).min(1.0));
+            let one = |p: &Point3| {
+                template.height_off(&(template_from_work * p)).map_or(1.0, |off| (off / 2.0).powi(2).min(1.0))
+            };
             points.iter().map(one).sum()
         })
         .collect();

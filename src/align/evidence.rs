@@ -19,9 +19,9 @@ use crate::geometry::{Isometry3, Point3};
 /// Heights off the surface by up to this much are deformation, mm.
 const HEIGHT_TOLERANCE_MM: f64 = 2.0;
 /// The area that contradictions are compared with, mm², at least.
-const BASE_MM2: f64 = 6.0;
-/// Cells of that base.
-const BASE_CELLS: f64 = 3.0;
+const BASE_MM2: f64 = 5.0;
+/// Cells of that base, at least.
+const BASE_CELLS: f64 = 1.5;
 /// Residual scale that deformation reaches without meaning anything, mm.
 const RESIDUAL_FLOOR_MM: f64 = 0.15;
 /// Residuals from here on are outliers, mm.
@@ -47,8 +47,7 @@ const OUTSIDE: u32 = u32::MAX;
 impl Ground {
     /// Sorts the dense points into cells.
     pub fn new(dense: &[Point3], raster: Raster, low_mm: f64) -> Self {
-        let cells: Vec<u32> =
-            dense.iter().map(|p| raster.index(p.x, p.y).map_or(OUTSIDE, |c| c as u32)).collect();
+        let cells: Vec<u32> = dense.iter().map(|p| raster.index(p.x, p.y).map_or(OUTSIDE, |c| c as u32)).collect();
         let mut counts = vec![0u32; raster.len()];
         for &c in cells.iter().filter(|&&c| c != OUTSIDE) {
             counts[c as usize] += 1;
@@ -76,7 +75,13 @@ pub(super) struct Witness {
 
 impl Witness {
     /// Hears one pose.
-    pub fn hear(ground: &Ground, dense: &[Point3], template: &Template, cad_from_work: &Isometry3, residuals: Vec<f64>) -> Self {
+    pub fn hear(
+        ground: &Ground,
+        dense: &[Point3],
+        template: &Template,
+        cad_from_work: &Isometry3,
+        residuals: Vec<f64>,
+    ) -> Self {
         let template_from_work = template.template_from_cad * cad_from_work;
         let cells = ground.raster.len();
         let (mut explained, mut off) = (vec![0u16; cells], vec![0u16; cells]);
@@ -128,16 +133,19 @@ impl Witness {
     }
 }
 
-/// How well data surrounds each cell that has none, 0 to 1; 0 for cells with data.
+/// How well data surrounds each cell that has little, 0 to 1; 0 for cells with data.
 pub(super) struct Gaps {
     surrounded: Vec<f32>,
+    /// How much a gap says. Where the scan is full of gaps, one more says little: the logarithm of the share of gaps in what
+    /// surely is surface, over that of one in a hundred.
+    weight: f64,
 }
 
 impl Gaps {
     /// Finds them: a cell has data if some witness explains enough points in it.
     pub fn find(ground: &Ground, witnesses: &[Witness]) -> Self {
         let raster = &ground.raster;
-        let enough = 0.4 * ground.usual;
+        let enough = 0.5 * ground.usual;
         let solid: Vec<bool> =
             (0..raster.len()).map(|c| witnesses.iter().any(|w| f64::from(w.explained[c]) >= enough)).collect();
         let reach = (SURROUND_MM / raster.cell_mm).ceil() as i64;
@@ -159,8 +167,15 @@ impl Gaps {
                 let hits = directions.iter().filter(|(di, dj)| sees(*di, *dj)).count();
                 ((hits as f32 - 5.0) / 3.0).clamp(0.0, 1.0)
             })
-            .collect();
-        Self { surrounded }
+            .collect::<Vec<f32>>();
+        let surface = |c: &usize| witnesses.iter().all(|w| w.predicted[*c]);
+        let (mut gaps, mut all) = (0usize, 0usize);
+        for c in (0..raster.len()).filter(surface) {
+            all += 1;
+            gaps += usize::from(surrounded[c] > 0.0);
+        }
+        let share = ((gaps + 1) as f64 / (all + 100) as f64).clamp(0.01, 1.0);
+        Self { surrounded, weight: share.ln() / 0.01f64.ln() }
     }
 }
 
@@ -179,15 +194,12 @@ pub(super) struct Contest {
 pub(super) fn contest(ground: &Ground, gaps: &Gaps, first: &Witness, second: &Witness) -> Contest {
     let (mut against_first, mut against_second) = (0.0, 0.0);
     for c in 0..ground.raster.len() {
-        let gap = f64::from(gaps.surrounded[c]);
+        let gap = f64::from(gaps.surrounded[c]) * gaps.weight;
         if gap > 0.0 {
-            let sparse = |w: &Witness| f64::from(w.explained[c]) < 0.25 * ground.usual;
-            let says = |w: &Witness| w.predicted[c] && sparse(w);
-            match (says(first), says(second)) {
-                (true, false) => against_first += gap,
-                (false, true) => against_second += gap,
-                _ => {}
-            }
+            let says = |w: &Witness| if w.predicted[c] { sparse(ground, w.explained[c]) } else { 0.0 };
+            let more = says(first) - says(second);
+            against_first += gap * more.max(0.0);
+            against_second += gap * (-more).max(0.0);
         }
         // Points that neither explains (outliers, belt) cancel.
         let more = (f64::from(first.off[c]) - f64::from(second.off[c])) / ground.usual.max(1.0);
@@ -202,7 +214,16 @@ pub(super) fn contest(ground: &Ground, gaps: &Gaps, first: &Witness, second: &Wi
     let base = BASE_MM2.max(BASE_CELLS * cell);
     let (against_first_mm2, against_second_mm2) = (against_first * cell, against_second * cell);
     let area = (base + against_second_mm2) / (base + against_first_mm2);
-    Contest { against_first_mm2, against_second_mm2, margin: area * residual_factor(&first.residuals, &second.residuals) }
+    Contest {
+        against_first_mm2,
+        against_second_mm2,
+        margin: area * residual_factor(&first.residuals, &second.residuals),
+    }
+}
+
+/// How empty a cell is of points near the surface, 0 to 1.
+fn sparse(ground: &Ground, explained: u16) -> f64 {
+    ((0.6 - f64::from(explained) / ground.usual.max(1.0)) / 0.35).clamp(0.0, 1.0)
 }
 
 /// Mean squared residual of the second over that of the first, on points that at least one of them explains, bounded.
@@ -219,24 +240,29 @@ fn residual_factor(first: &[f64], second: &[f64]) -> f64 {
     ((b + floor) / (a + floor)).clamp(1.0 / RESIDUAL_FACTOR, RESIDUAL_FACTOR)
 }
 
-/// Contradictions against a pose on its own, as a share of its predicted area: gaps in surrounded data, and cells with many
-/// more unexplained points than the part has on average.
-pub(super) fn contradiction_share(ground: &Ground, gaps: &Gaps, witness: &Witness) -> f64 {
-    let used: Vec<usize> = (0..ground.raster.len()).filter(|&c| witness.explained[c] + witness.off[c] > 0).collect();
-    let background = {
-        let mut off: Vec<u16> =
-            used.iter().filter(|&&c| witness.predicted[c]).map(|&c| witness.off[c]).collect();
-        off.sort_unstable();
-        off.get(off.len() / 2).map_or(0.0, |&n| f64::from(n))
-    };
-    let mut cells = 0.0;
-    for c in 0..ground.raster.len() {
-        if witness.predicted[c] && f64::from(witness.explained[c]) < 0.25 * ground.usual {
-            cells += f64::from(gaps.surrounded[c]);
-        }
-        let more = (f64::from(witness.off[c]) - background) / ground.usual.max(1.0);
-        cells += ((more - 0.4) / 0.4).clamp(0.0, 1.0);
-    }
-    cells * ground.cell_mm2() / witness.predicted_mm2(ground).max(1.0)
+/// Contradictions against a pose on its own, as shares of its predicted area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Against {
+    /// Predicted but absent, in gaps that data surrounds, weighted as in a contest.
+    pub absent: f64,
+    /// Present but not predicted: cells with many more unexplained points than the usual cell of the part.
+    pub surplus: f64,
 }
 
+/// Sums them up.
+pub(super) fn against(ground: &Ground, gaps: &Gaps, witness: &Witness) -> Against {
+    let mut off: Vec<u16> =
+        (0..ground.raster.len()).filter(|&c| witness.predicted[c]).map(|c| witness.off[c]).collect();
+    off.sort_unstable();
+    let background = off.get(off.len() / 2).map_or(0.0, |&n| f64::from(n));
+    let (mut absent, mut surplus) = (0.0, 0.0);
+    for c in 0..ground.raster.len() {
+        if witness.predicted[c] {
+            absent += f64::from(gaps.surrounded[c]) * gaps.weight * sparse(ground, witness.explained[c]);
+        }
+        let more = (f64::from(witness.off[c]) - background) / ground.usual.max(1.0);
+        surplus += ((more - 0.4) / 0.4).clamp(0.0, 1.0);
+    }
+    let area = witness.predicted_mm2(ground).max(1.0) / ground.cell_mm2();
+    Against { absent: absent / area, surplus: surplus / area }
+}

@@ -278,14 +278,7 @@ fn summed(pairs: &[Option<Pair>], centre: &Point3, width: f64) -> Sums {
     sums
 }
 
-fn note_quality(
-    out: &mut Registered,
-    pairs: &[Option<Pair>],
-    width: f64,
-    scale: f64,
-    sums: &Sums,
-    extent: f64,
-) {
+fn note_quality(out: &mut Registered, pairs: &[Option<Pair>], width: f64, scale: f64, sums: &Sums, extent: f64) {
     let (mut inliers, mut square, mut total) = (0usize, 0.0, 0.0);
     for pair in pairs.iter().flatten().filter(|p| p.counts && p.distance_sq < width * width) {
         let w = tukey_weight(pair.distance_sq, width);
@@ -334,12 +327,7 @@ fn trusted_step(sums: &Sums) -> Option<Vector6<f64>> {
 }
 
 /// Distances, mm, of points to the face in a pose; `limit_mm` where it is further.
-pub(super) fn distances(
-    face: &Face,
-    points: &[Point3],
-    pose: &Isometry3,
-    limit_mm: f64,
-) -> Vec<f64> {
+pub(super) fn distances(face: &Face, points: &[Point3], pose: &Isometry3, limit_mm: f64) -> Vec<f64> {
     points
         .iter()
         .map(|p| {

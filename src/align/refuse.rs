@@ -12,7 +12,7 @@ const LEAST_COVERAGE: f64 = 0.5;
 /// Of the kept points, at least this share must lie on the part.
 const LEAST_EXPLAINED: f64 = 0.5;
 /// Contradictions allowed, as a share of the visible face.
-const MOST_CONTRADICTION: f64 = 0.025;
+const MOST_CONTRADICTION: f64 = 0.04;
 /// The scan may be larger or smaller than the part by this factor before it counts as another thing.
 const SIZE_FACTOR: f64 = 2.5;
 
@@ -37,7 +37,9 @@ pub(super) fn nothing_fits() -> Refusal {
 /// The sheet was seen from a side that nobody knows.
 pub(super) fn without_side(thickness_mm: f64) -> Refusal {
     Refusal::new(
-        format!("the side of the sheet cannot be told: no belt, no view direction and no normals, and the sheet is {thickness_mm} mm thick"),
+        format!(
+            "the side of the sheet cannot be told: no belt, no view direction and no normals, and the sheet is {thickness_mm} mm thick"
+        ),
         "give view_direction in [scans], the direction in which the camera looks in the scan's frame",
     )
 }
@@ -70,7 +72,8 @@ fn bulk_extent(points: &[Point3]) -> f64 {
 }
 
 /// Refuses a scan that the best pose does not explain.
-pub(super) fn unlike(coverage: f64, explained: f64, contradiction: f64) -> Result<(), Stop> {
+pub(super) fn unlike(coverage: f64, explained: f64, against: super::evidence::Against) -> Result<(), Stop> {
+    let contradiction = against.surplus;
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     if coverage < LEAST_COVERAGE {
         return Err(Refusal::new(

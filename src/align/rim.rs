@@ -70,8 +70,10 @@ impl<'a> DenseIndex<'a> {
     fn near(&self, x: f64, y: f64, reach_mm: f64, mut each: impl FnMut(&Point3)) {
         let r = &self.raster;
         let clamped = |v: f64, n: usize| (v.max(0.0) as usize).min(n - 1);
-        let (i0, i1) = (clamped((x - reach_mm - r.x0) / r.cell_mm, r.nx), clamped((x + reach_mm - r.x0) / r.cell_mm, r.nx));
-        let (j0, j1) = (clamped((y - reach_mm - r.y0) / r.cell_mm, r.ny), clamped((y + reach_mm - r.y0) / r.cell_mm, r.ny));
+        let (i0, i1) =
+            (clamped((x - reach_mm - r.x0) / r.cell_mm, r.nx), clamped((x + reach_mm - r.x0) / r.cell_mm, r.nx));
+        let (j0, j1) =
+            (clamped((y - reach_mm - r.y0) / r.cell_mm, r.ny), clamped((y + reach_mm - r.y0) / r.cell_mm, r.ny));
         for j in j0..=j1 {
             let (first, end) = (self.starts[j * r.nx + i0], self.starts[j * r.nx + i1 + 1]);
             for &k in &self.order[first as usize..end as usize] {
@@ -174,7 +176,8 @@ fn rim_place(face: &Face, at: Point3, along: Vector3, up: &Vector3) -> Option<Ri
     }
     let outwards = along.cross(&normal).try_normalize(1e-9)?;
     // The material's side is where a short step stays on the face.
-    let off = |d: f64| face.closest(&(at + outwards * d), 2.0).map_or(2.0, |hit| (hit.point - (at + outwards * d)).norm());
+    let off =
+        |d: f64| face.closest(&(at + outwards * d), 2.0).map_or(2.0, |hit| (hit.point - (at + outwards * d)).norm());
     let (out, back) = (off(0.3), off(-0.3));
     let outwards = if out >= back { outwards } else { -outwards };
     ((out - back).abs() > 0.1).then_some(RimPlace { at, normal, outwards, along })

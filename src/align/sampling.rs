@@ -128,8 +128,9 @@ fn thin_axis(points: &[Point3], middle: &Point3) -> Vector3 {
 
 /// The rotation that takes the unit vector `up` to +z and is otherwise as small as it can be.
 pub(super) fn rotation_to_z(up: &Vector3) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between(up, &Vector3::z())
-        .unwrap_or_else(|| UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0)))
+    UnitQuaternion::rotation_between(up, &Vector3::z()).unwrap_or_else(|| {
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0))
+    })
 }
 
 #[cfg(test)]

@@ -3,19 +3,28 @@
 //! Template frame: z is the direction of view reversed (towards the camera), origin at the part's centroid.
 
 use super::sampling::{rotation_to_z, spread};
-use crate::geometry::{Isometry3, Point3, Vector3};
+use crate::geometry::{Aabb, Isometry3, Point3, Vector3};
 use crate::part::{Face, Part};
 use crate::plan::Side;
 use nalgebra::Translation3;
 
 /// Edges of the CAD and of the part may differ by this much without speaking against a pose, mm.
-pub(super) const RIM_TOLERANCE_MM: f64 = 1.2;
+pub(super) const RIM_TOLERANCE_MM: f64 = 0.9;
 /// Finest pixel, mm.
-const PIXEL_MM: f64 = 0.6;
+const PIXEL_MM: f64 = 0.45;
 /// Most pixels along the part's diagonal.
 const PIXELS_ACROSS: f64 = 700.0;
 /// Triangles steeper than this (normal times view) are drawn by their edges.
 const STEEP: f64 = 0.25;
+
+/// How much is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Detail {
+    /// Only what decides which samples are visible.
+    Samples,
+    /// All that poses are compared with.
+    Full,
+}
 
 /// A face seen from one direction.
 pub(super) struct Template {
@@ -25,12 +34,16 @@ pub(super) struct Template {
     pub template_from_cad: Isometry3,
     /// Edge of a pixel, mm.
     pub pixel_mm: f64,
-    corner: f64,
-    across: usize,
+    /// Corner of the picture.
+    corner: [f64; 2],
+    /// Pixels along x and y.
+    size: [usize; 2],
     /// Height of the topmost surface; NaN where there is none.
     top: Vec<f32>,
-    /// Lowest and highest surface within the rim tolerance; NaN where there is none.
-    range: Vec<(f32, f32)>,
+    /// Lowest surface within the rim tolerance; infinite where there is none.
+    low: Vec<f32>,
+    /// Highest surface within the rim tolerance; minus infinite where there is none.
+    high: Vec<f32>,
     /// Places of the visible surface at least the rim tolerance inside its outline, one a pixel.
     pub inside: Vec<[f32; 3]>,
     /// Visible samples of the face, evenly spread.
@@ -39,84 +52,90 @@ pub(super) struct Template {
 
 impl Template {
     /// Draws the face of a side as seen from `up` (unit, CAD frame).
-    pub fn draw(part: &Part, side: Side, up: &Vector3) -> Self {
+    pub fn draw(part: &Part, side: Side, up: &Vector3, detail: Detail) -> Self {
         let face = part.face(side);
         let turn = rotation_to_z(up);
-        let template_from_cad =
-            Isometry3::from_parts(Translation3::from(-(turn * part.centroid).coords), turn);
+        let template_from_cad = Isometry3::from_parts(Translation3::from(-(turn * part.centroid).coords), turn);
         let diagonal = part.diagonal_mm();
-        let pixel_mm = PIXEL_MM.max(diagonal / PIXELS_ACROSS);
-        let reach = face.mesh.vertices.iter().map(|v| (template_from_cad * v).coords.xy().amax()).fold(0.0, f64::max);
+        let pixel_mm = match detail {
+            Detail::Samples => (4.0 * PIXEL_MM).max(diagonal / (0.25 * PIXELS_ACROSS)),
+            Detail::Full => PIXEL_MM.max(diagonal / PIXELS_ACROSS),
+        };
         let margin = 2.0 * RIM_TOLERANCE_MM + 2.0 * pixel_mm;
-        let across = (2.0 * (reach + margin) / pixel_mm).ceil() as usize;
-        let corner = -0.5 * across as f64 * pixel_mm;
+        let placed: Vec<Point3> = face.mesh.vertices.iter().map(|v| template_from_cad * v).collect();
+        let bounds = Aabb::of_points(&placed).unwrap_or(Aabb { min: Point3::origin(), max: Point3::origin() });
+        let corner = [bounds.min.x - margin, bounds.min.y - margin];
+        let pixels = |k: usize| ((bounds.max[k] + margin - corner[k]) / pixel_mm).ceil() as usize;
+        let size = [pixels(0), pixels(1)];
         let mut template = Self {
             side,
             template_from_cad,
             pixel_mm,
             corner,
-            across,
-            top: vec![f32::NAN; across * across],
-            range: Vec::new(),
+            size,
+            top: vec![f32::NAN; size[0] * size[1]],
+            low: Vec::new(),
+            high: Vec::new(),
             inside: Vec::new(),
             samples: Vec::new(),
         };
-        template.draw_triangles(face);
-        template.find_inside();
+        template.draw_triangles(face, &placed);
+        if detail == Detail::Full {
+            template.find_range(face, &placed);
+            template.find_inside();
+        }
         template.find_samples(face);
         template
     }
 
     /// The pixel under a place in the template frame.
     fn pixel(&self, x: f64, y: f64) -> Option<usize> {
-        let (i, j) = ((x - self.corner) / self.pixel_mm, (y - self.corner) / self.pixel_mm);
-        let limit = self.across as f64;
-        if i < 0.0 || j < 0.0 || i >= limit || j >= limit {
+        let (i, j) = ((x - self.corner[0]) / self.pixel_mm, (y - self.corner[1]) / self.pixel_mm);
+        if i < 0.0 || j < 0.0 || i >= self.size[0] as f64 || j >= self.size[1] as f64 {
             return None;
         }
-        Some(j as usize * self.across + i as usize)
+        Some(j as usize * self.size[0] + i as usize)
     }
 
     /// How far a place (template frame) lies above or below the surface near it, mm; `None` past the outline by more than the
     /// rim tolerance. Zero at any height between the lowest and the highest surface within that tolerance.
     pub fn height_off(&self, place: &Point3) -> Option<f64> {
-        let (low, high) = self.range[self.pixel(place.x, place.y)?];
-        if low.is_nan() {
-            return None;
-        }
-        Some((f64::from(low) - place.z).max(place.z - f64::from(high)).max(0.0))
+        let pixel = self.pixel(place.x, place.y)?;
+        let (low, high) = (f64::from(self.low[pixel]), f64::from(self.high[pixel]));
+        (low <= high).then(|| (low - place.z).max(place.z - high).max(0.0))
     }
 
-    fn draw_triangles(&mut self, face: &Face) {
-        let placed: Vec<Point3> = face.mesh.vertices.iter().map(|v| self.template_from_cad * v).collect();
-        let mut range = vec![(f32::NAN, f32::NAN); self.top.len()];
-        let mut widen = |pixel: Option<usize>, z: f64| {
-            if let Some(k) = pixel {
-                let (low, high) = range[k];
-                range[k] = (low.min(z as f32), high.max(z as f32));
-            }
-        };
+    fn draw_triangles(&mut self, face: &Face, placed: &[Point3]) {
         for corners in &face.mesh.triangles {
             let [a, b, c] = corners.map(|v| placed[v as usize]);
-            let area_vector = (b - a).cross(&(c - a));
-            if area_vector.z.abs() >= STEEP * area_vector.norm() {
+            if !is_steep(&a, &b, &c) {
                 self.draw_triangle(&a, &b, &c);
+            }
+        }
+    }
+
+    /// Heights of the topmost surface and of steep walls, widened by the rim tolerance.
+    fn find_range(&mut self, face: &Face, placed: &[Point3]) {
+        let mut low: Vec<f32> = self.top.iter().map(|z| if z.is_nan() { f32::INFINITY } else { *z }).collect();
+        let mut high: Vec<f32> = self.top.iter().map(|z| if z.is_nan() { f32::NEG_INFINITY } else { *z }).collect();
+        for corners in &face.mesh.triangles {
+            let [a, b, c] = corners.map(|v| placed[v as usize]);
+            if !is_steep(&a, &b, &c) {
                 continue;
             }
             for (p, q) in [(a, b), (b, c), (c, a)] {
                 let steps = ((q - p).norm() / self.pixel_mm).ceil().max(1.0);
                 for s in 0..=steps as usize {
                     let place = p + (q - p) * (s as f64 / steps);
-                    widen(self.pixel(place.x, place.y), place.z);
+                    if let Some(k) = self.pixel(place.x, place.y) {
+                        low[k] = low[k].min(place.z as f32);
+                        high[k] = high[k].max(place.z as f32);
+                    }
                 }
             }
         }
-        for (k, &z) in self.top.iter().enumerate() {
-            if !z.is_nan() {
-                range[k] = (range[k].0.min(z), range[k].1.max(z));
-            }
-        }
-        self.range = self.widened(&range);
+        self.low = self.windowed(&low, f32::min);
+        self.high = self.windowed(&high, f32::max);
     }
 
     /// Raises the topmost height of all pixels whose middle lies in the triangle.
@@ -125,80 +144,86 @@ impl Template {
         if twice == 0.0 {
             return;
         }
-        let to_pixel = |v: f64| (v - self.corner) / self.pixel_mm - 0.5;
-        let span = |p: f64, q: f64, r: f64| {
-            let low = to_pixel(p.min(q).min(r)).ceil().max(0.0) as usize;
-            let high = to_pixel(p.max(q).max(r)).floor().min(self.across as f64 - 1.0);
-            (low, high)
+        let span = |axis: usize| {
+            let to_pixel = |v: f64| (v - self.corner[axis]) / self.pixel_mm - 0.5;
+            let (low, high) = (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
+            let last = to_pixel(high).floor().min(self.size[axis] as f64 - 1.0);
+            (to_pixel(low).ceil().max(0.0) as usize, last)
         };
-        let ((i0, i1), (j0, j1)) = (span(a.x, b.x, c.x), span(a.y, b.y, c.y));
+        let ((i0, i1), (j0, j1)) = (span(0), span(1));
         if i1 < 0.0 || j1 < 0.0 {
             return;
         }
         for j in j0..=j1 as usize {
-            let y = self.corner + (j as f64 + 0.5) * self.pixel_mm;
+            let y = self.middle(1, j);
             for i in i0..=i1 as usize {
-                let x = self.corner + (i as f64 + 0.5) * self.pixel_mm;
+                let x = self.middle(0, i);
                 let wb = ((x - a.x) * (c.y - a.y) - (y - a.y) * (c.x - a.x)) / twice;
                 let wc = ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) / twice;
                 // A hair of overlap, so that no pixel falls between two triangles.
                 if wb >= -1e-9 && wc >= -1e-9 && wb + wc <= 1.0 + 1e-9 {
                     let z = (a.z + wb * (b.z - a.z) + wc * (c.z - a.z)) as f32;
-                    let top = &mut self.top[j * self.across + i];
+                    let top = &mut self.top[j * self.size[0] + i];
                     *top = top.max(z);
                 }
             }
         }
     }
 
+    /// Coordinate of a pixel's middle.
+    fn middle(&self, axis: usize, pixel: usize) -> f64 {
+        self.corner[axis] + (pixel as f64 + 0.5) * self.pixel_mm
+    }
+
     fn radius_pixels(&self) -> usize {
         (RIM_TOLERANCE_MM / self.pixel_mm).round().max(1.0) as usize
     }
 
-    /// Smallest and largest height in a square window about each pixel, by rows and then by columns.
-    fn widened(&self, range: &[(f32, f32)]) -> Vec<(f32, f32)> {
-        let (n, r) = (self.across, self.radius_pixels());
-        let pass = |source: &[(f32, f32)], stride: usize, other: usize| {
-            let mut out = vec![(f32::NAN, f32::NAN); source.len()];
-            for line in 0..n {
-                for k in 0..n {
-                    let (mut low, mut high) = (f32::NAN, f32::NAN);
-                    for m in k.saturating_sub(r)..=(k + r).min(n - 1) {
-                        let (l, h) = source[line * other + m * stride];
-                        low = low.min(l);
-                        high = high.max(h);
-                    }
-                    out[line * other + k * stride] = (low, high);
+    /// The least (or greatest) value in a square window about each pixel, by rows and then by columns.
+    fn windowed(&self, values: &[f32], pick: impl Fn(f32, f32) -> f32) -> Vec<f32> {
+        let ([nx, ny], r) = (self.size, self.radius_pixels());
+        let mut rows = values.to_vec();
+        for (source, target) in values.chunks_exact(nx).zip(rows.chunks_exact_mut(nx)) {
+            for shift in 1..=r.min(nx - 1) {
+                for k in shift..nx {
+                    target[k] = pick(target[k], source[k - shift]);
+                    target[k - shift] = pick(target[k - shift], source[k]);
                 }
             }
-            out
-        };
-        let rows = pass(range, 1, n);
-        pass(&rows, n, 1)
+        }
+        let mut out = rows.clone();
+        for j in 0..ny {
+            for m in (j.saturating_sub(r)..=(j + r).min(ny - 1)).filter(|&m| m != j) {
+                let (target, source) = (&mut out[j * nx..(j + 1) * nx], &rows[m * nx..(m + 1) * nx]);
+                for (t, s) in target.iter_mut().zip(source) {
+                    *t = pick(*t, *s);
+                }
+            }
+        }
+        out
     }
 
     /// Pixels whose whole window is covered.
     fn find_inside(&mut self) {
-        let (n, r) = (self.across, self.radius_pixels());
+        let ([nx, ny], r) = (self.size, self.radius_pixels());
         // Pixels since the last empty one, looking left; then the same downwards: a running count replaces the window.
-        let mut wide = vec![false; n * n];
-        for j in 0..n {
+        let mut wide = vec![false; nx * ny];
+        for j in 0..ny {
             let mut run = 0;
-            for i in 0..n {
-                run = if self.top[j * n + i].is_nan() { 0 } else { run + 1 };
+            for i in 0..nx {
+                run = if self.top[j * nx + i].is_nan() { 0 } else { run + 1 };
                 if run > 2 * r {
-                    wide[j * n + i - r] = true;
+                    wide[j * nx + i - r] = true;
                 }
             }
         }
-        for i in 0..n {
+        for i in 0..nx {
             let mut run = 0;
-            for j in 0..n {
-                run = if wide[j * n + i] { run + 1 } else { 0 };
+            for j in 0..ny {
+                run = if wide[j * nx + i] { run + 1 } else { 0 };
                 if run > 2 * r {
-                    let k = (j - r) * n + i;
-                    let place = |m: usize| (self.corner + (m as f64 + 0.5) * self.pixel_mm) as f32;
-                    self.inside.push([place(i), place(j - r), self.top[k]]);
+                    let k = (j - r) * nx + i;
+                    self.inside.push([self.middle(0, i) as f32, self.middle(1, j - r) as f32, self.top[k]]);
                 }
             }
         }
@@ -210,12 +235,14 @@ impl Template {
         let visible: Vec<Point3> = face
             .samples
             .iter()
-            .filter(|s| (turn * *s.normal).z > 0.1)
-            .map(|s| self.template_from_cad * s.point)
-            .filter(|p| {
-                // Steep places have a pixel that is higher by less than a window's worth.
-                self.pixel(p.x, p.y).is_none_or(|k| self.top[k].is_nan() || f64::from(self.top[k]) - p.z < 1.5)
+            .map(|s| (self.template_from_cad * s.point, (turn * *s.normal).z))
+            .filter(|(p, up)| {
+                // A slanted surface rises by this much within a pixel.
+                let rise = self.pixel_mm * (1.0 - up * up).max(0.0).sqrt() / up.max(0.1);
+                let top = self.pixel(p.x, p.y).map_or(f32::NAN, |k| self.top[k]);
+                *up > 0.1 && (top.is_nan() || f64::from(top) - p.z < 1.0 + rise)
             })
+            .map(|(p, _)| p)
             .collect();
         self.samples = spread(visible.len(), 1200).into_iter().map(|k| visible[k as usize]).collect();
     }
@@ -225,4 +252,10 @@ impl Template {
         let sum = self.samples.iter().fold(Vector3::zeros(), |s, p| s + p.coords);
         Point3::from(sum / self.samples.len().max(1) as f64)
     }
+}
+
+/// Whether a triangle (template frame) is seen so nearly edge-on that its edges stand for it.
+fn is_steep(a: &Point3, b: &Point3, c: &Point3) -> bool {
+    let area_vector = (b - a).cross(&(c - a));
+    area_vector.z.abs() < STEEP * area_vector.norm()
 }

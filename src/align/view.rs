@@ -59,8 +59,7 @@ fn mean_normal(scan: &ConditionedScan) -> Option<UnitVector3> {
 /// On a belt these are the resting poses, the most stable first, and each of them turned over. Without a belt z is the thin
 /// axis of the data, so the thin axis of what is seen of each of them stands in for it.
 pub(super) fn directions(part: &Part, cloud: &WorkCloud) -> Vec<Vector3> {
-    let mut ups: Vec<Vector3> =
-        part.resting_poses.iter().take(MOST_RESTING).map(|p| p.up_cad.into_inner()).collect();
+    let mut ups: Vec<Vector3> = part.resting_poses.iter().take(MOST_RESTING).map(|p| p.up_cad.into_inner()).collect();
     let flat = thin_axis(part, None);
     ups.push(flat);
     let both: Vec<Vector3> = ups.iter().flat_map(|u| [*u, -u]).collect();

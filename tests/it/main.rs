@@ -1,3 +1,4 @@
 //! Tests that use the library from outside, one binary, one module a theme.
 
+mod pose_sweep;
 mod readers;

@@ -1,0 +1,194 @@
+//! Random poses of four parts, planted by the simulator: no wrong pose and no wrong side, and few refusals.
+//!
+//! `SHAPELINE_FULL_SWEEP=1` runs 200 poses a part and prints the table; the usual run takes a few of each.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Uniform};
+use shapeline::align::{BestFit, best_fit};
+use shapeline::diagnostic::Stop;
+use shapeline::geometry::CadFromScan;
+use shapeline::part::{Part, PartSettings};
+use shapeline::plan::{BackgroundSettings, CadSide, Side};
+use shapeline::run::RunContext;
+use shapeline::scan::{ConditionedScan, ScanHints, condition};
+use shapeline::simulate::{
+    BracketParameters, PoseChoice, RigModel, ScanTruth, Subject, SyntheticPart, bracket, cover, draw_springback, rail,
+    simulate_scan, symmetric_plate,
+};
+
+/// A pose is wrong from here on; what lies between this and exact is fit noise and springback.
+const WRONG_DEG: f64 = 2.0;
+const WRONG_MM: f64 = 2.0;
+
+fn poses() -> u64 {
+    let asked = std::env::var("SHAPELINE_SWEEP_POSES").ok().and_then(|n| n.parse().ok());
+    if std::env::var_os("SHAPELINE_FULL_SWEEP").is_some() { 200 } else { asked.unwrap_or(12) }
+}
+
+fn prepared(nominal: &SyntheticPart) -> Part {
+    let settings =
+        PartSettings { cad_side: CadSide::Top, thickness_mm: nominal.thickness_mm, plan_directions: Vec::new() };
+    Part::prepare(nominal.mesh.clone(), "0".repeat(64), &settings, &RunContext::silent()).unwrap()
+}
+
+/// The conditions of one scan, drawn from its seed: either side, 0 to 30 % outliers, up to 20 % lost in blots of 3 to 18 mm.
+fn scan(nominal: &SyntheticPart, part: &Part, seed: u64) -> (ConditionedScan, ScanTruth) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = |low: f64, high: f64| Uniform::new(low, high).unwrap().sample(&mut rng);
+    let bounds = nominal.mesh.bounds().unwrap();
+    let field = draw_springback(seed, draw(0.0, 0.6), &bounds);
+    let subject = Subject::synthetic(nominal, nominal, field);
+    let rig = RigModel {
+        outlier_share: draw(0.0, 0.3),
+        missing_share: draw(0.0, 0.2),
+        missing_radius_mm: draw(3.0, 18.0),
+        belt_margin_mm: 25.0,
+        ..RigModel::default().with_density(draw(1.5, 3.0))
+    };
+    let side = if seed.is_multiple_of(2) { Side::Top } else { Side::Bottom };
+    let simulated =
+        simulate_scan(&subject, &rig, &PoseChoice::side(&subject, side), seed, &RunContext::silent()).unwrap();
+    let extents = part.bounds.extents();
+    let hints = ScanHints {
+        view_direction: Some(rig.view_direction),
+        part_extents_mm: [extents.x, extents.y, extents.z],
+        part_area_mm2: part.mesh.area(),
+        thickness_mm: part.thickness_mm,
+    };
+    let scan = condition(simulated.cloud, &BackgroundSettings::default(), &hints, &RunContext::silent()).unwrap();
+    (scan, simulated.truth)
+}
+
+/// Angle in degrees and distance in mm from the truth, and whether the side is right.
+fn error(part: &Part, found: &BestFit, truth: &ScanTruth) -> (f64, f64, bool) {
+    let exact = CadFromScan::try_from_row_major(&truth.cad_from_scan).unwrap();
+    let (angle, distance) = found.cad_from_scan.difference(&exact, &part.centroid);
+    (angle.to_degrees(), distance, found.side.map(Side::key) == Some(truth.side.as_str()))
+}
+
+#[derive(Default)]
+struct Tally {
+    poses: usize,
+    refused: usize,
+    wrong_pose: usize,
+    wrong_side: usize,
+    least_margin: f64,
+    largest_mm: f64,
+    seconds: f64,
+}
+
+fn sweep(name: &str, nominal: &SyntheticPart, allowed_refused: f64) -> Tally {
+    let part = prepared(nominal);
+    let mut tally = Tally { least_margin: f64::INFINITY, ..Tally::default() };
+    let one = std::env::var("SHAPELINE_SWEEP_SEED").ok().and_then(|n| n.parse::<u64>().ok());
+    let seeds = one.map_or(0..poses(), |s| s..s + 1);
+    for seed in seeds {
+        let (scan, truth) = scan(nominal, &part, seed);
+        let start = std::time::Instant::now();
+        let found = best_fit(&part, &scan, &RunContext::silent());
+        tally.seconds += start.elapsed().as_secs_f64();
+        tally.poses += 1;
+        match found {
+            Ok(found) => {
+                let (angle, distance, side_is_right) = error(&part, &found, &truth);
+                let wrong = angle > WRONG_DEG || distance > WRONG_MM;
+                tally.wrong_pose += usize::from(wrong);
+                tally.wrong_side += usize::from(!side_is_right);
+                tally.least_margin = tally.least_margin.min(found.margin);
+                tally.largest_mm = tally.largest_mm.max(distance);
+                if one.is_some() || wrong || !side_is_right || distance > 0.7 {
+                    println!(
+                        "{name} seed {seed}: {angle:.2} deg {distance:.2} mm side {side_is_right} margin {:.2} of {} poses",
+                        found.margin, found.poses_tried
+                    );
+                }
+            }
+            Err(Stop::Refused(refusal)) => {
+                println!("{name} seed {seed} ({}): refused: {}", truth.side, refusal.reason);
+                tally.refused += 1;
+            }
+            Err(stop) => panic!("{stop}"),
+        }
+    }
+    println!(
+        "{name}: {} poses, refused {}, wrong poses {}, wrong sides {}, least margin {:.2}, largest distance {:.2} mm, {:.0} ms a scan",
+        tally.poses,
+        tally.refused,
+        tally.wrong_pose,
+        tally.wrong_side,
+        tally.least_margin,
+        tally.largest_mm,
+        1e3 * tally.seconds / tally.poses as f64
+    );
+    assert_eq!((tally.wrong_pose, tally.wrong_side), (0, 0), "{name}");
+    // One refusal is no rate when few poses are tried.
+    assert!(tally.refused as f64 <= (allowed_refused * tally.poses as f64).max(1.0), "{name}: {}", tally.refused);
+    tally
+}
+
+#[test]
+fn poses_of_the_bracket() {
+    sweep("bracket", &bracket(&BracketParameters::default()), 0.01);
+}
+
+#[test]
+fn poses_of_the_brackets_twin() {
+    sweep("twin", &bracket(&BracketParameters::default()).mirrored(), 0.01);
+}
+
+#[test]
+fn poses_of_the_rail() {
+    sweep("rail", &rail(), 0.05);
+}
+
+#[test]
+fn poses_of_the_cover() {
+    sweep("cover", &cover(), 0.05);
+}
+
+fn refusal(part: &Part, scan: &ConditionedScan) -> String {
+    match best_fit(part, scan, &RunContext::silent()) {
+        Err(Stop::Refused(refusal)) => format!("{refusal} / {}", refusal.help),
+        Ok(found) => format!("found with margin {}", found.margin),
+        Err(stop) => panic!("{stop}"),
+    }
+}
+
+#[test]
+fn the_mirrored_twin_is_refused() {
+    let nominal = bracket(&BracketParameters::default());
+    let (own, twin) = (prepared(&nominal), nominal.mirrored());
+    for seed in 0..poses() / 2 {
+        let (scan, _) = scan(&twin, &own, 500 + seed);
+        let words = refusal(&own, &scan);
+        println!("{words}");
+        assert!(words.contains("does not look like") || words.contains("alike"), "seed {seed}: {words}");
+    }
+}
+
+#[test]
+fn a_symmetric_plate_is_refused() {
+    let nominal = symmetric_plate();
+    let part = prepared(&nominal);
+    for seed in 0..4 {
+        let (scan, _) = scan(&nominal, &part, 600 + seed);
+        let words = refusal(&part, &scan);
+        assert!(words.contains("alike") && words.contains("margin"), "seed {seed}: {words}");
+    }
+}
+
+#[test]
+fn a_piece_of_a_part_is_refused() {
+    let nominal = bracket(&BracketParameters::default());
+    let part = prepared(&nominal);
+    let (mut scan, _) = scan(&nominal, &part, 700);
+    // 3 % of the points, all in one place.
+    let at = scan.cloud.positions[scan.kept[scan.kept.len() / 2] as usize];
+    let distance = |k: &u32| (scan.cloud.positions[*k as usize] - at).norm();
+    scan.kept.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    scan.kept.truncate(scan.kept.len() * 3 / 100);
+    scan.kept.sort_unstable();
+    let words = refusal(&part, &scan);
+    assert!(words.contains("too small") || words.contains("too little"), "{words}");
+}
