@@ -20,7 +20,7 @@ use pack::{LANES, Pack};
 use rayon::prelude::*;
 
 /// Children of a node.
-pub(crate) const WIDTH: usize = 8;
+const WIDTH: usize = 8;
 /// Marks a child as a leaf.
 const LEAF: u32 = 1 << 31;
 /// No child, no triangle.
@@ -30,23 +30,37 @@ const STACK: usize = 7 * build::MAX_LEVELS + 1;
 
 /// Boxes of the children in f32, and what they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Node {
+struct Node {
     /// Lowest corners by axis, relative to the mesh's middle.
-    pub(crate) lo: [[f32; WIDTH]; 3],
+    lo: [[f32; WIDTH]; 3],
     /// Highest corners by axis.
-    pub(crate) hi: [[f32; WIDTH]; 3],
+    hi: [[f32; WIDTH]; 3],
     /// Node index, or `LEAF` + leaf index, or `NONE`.
-    pub(crate) child: [u32; WIDTH],
+    child: [u32; WIDTH],
 }
 
-/// The tree without its triangles: what a cache keeps.
+impl Node {
+    const EMPTY: Node =
+        Node { lo: [[f32::INFINITY; WIDTH]; 3], hi: [[f32::NEG_INFINITY; WIDTH]; 3], child: [NONE; WIDTH] };
+}
+
+/// The tree without its triangles.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Tree {
+struct Tree {
     /// Middle of the mesh, to which the boxes are relative.
-    pub(crate) centre: Point3,
+    centre: Point3,
     /// Nodes, the root first; children after their parents.
-    pub(crate) nodes: Vec<Node>,
+    nodes: Vec<Node>,
     /// Triangle indices of each leaf, filled up with `NONE`.
+    leaves: Vec<[u32; LANES]>,
+}
+
+/// The tree without triangles and boxes: what a cache keeps. The boxes follow from the mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Shape {
+    /// Children of each node.
+    pub(crate) children: Vec<[u32; WIDTH]>,
+    /// Triangles of each leaf.
     pub(crate) leaves: Vec<[u32; LANES]>,
 }
 
@@ -106,15 +120,16 @@ impl Bvh {
         Bvh { tree, packs, leaf_of }
     }
 
-    /// The tree alone.
-    pub(crate) fn tree(&self) -> &Tree {
-        &self.tree
+    /// What a cache keeps of the tree.
+    pub(crate) fn shape(&self) -> Shape {
+        Shape { children: self.tree.nodes.iter().map(|n| n.child).collect(), leaves: self.tree.leaves.clone() }
     }
 
-    /// Puts a stored tree over its mesh; `None` unless every index fits, every triangle stands in one leaf, and no path is
-    /// longer than the search allows. The mesh's own indices must be valid.
-    pub(crate) fn try_from_tree(mesh: &Mesh, tree: Tree) -> Option<Bvh> {
-        build::is_sound(&tree, mesh.triangles.len()).then(|| Self::with_tree(mesh, tree))
+    /// Puts a tree over a mesh whose triangles lie much like those of the mesh it was built for: the other face of a sheet, or the same mesh
+    /// read back from a cache, which gives the same tree. `None` unless every index fits, every triangle stands in one leaf, and no path
+    /// is longer than the search allows. The mesh's own indices must be valid.
+    pub(crate) fn try_from_shape(mesh: &Mesh, shape: &Shape) -> Option<Bvh> {
+        build::is_sound(shape, mesh.triangles.len()).then(|| Self::with_tree(mesh, build::refit(mesh, shape)))
     }
 
     /// The closest place within `max_distance_mm` (which may be infinite); `None` when there is none or the query is not finite.

@@ -108,11 +108,12 @@ fn join_near(vertices: &[Point3], tolerance: f64) -> Vec<u32> {
     target
 }
 
-type Mixing = BuildHasherDefault<Mixer>;
+/// Fast hashing for tables whose order nobody looks at.
+pub(crate) type Mixing = BuildHasherDefault<Mixer>;
 
 /// Multiply and fold: enough to spread coordinates and indices over a table, several times faster than the standard hasher.
 #[derive(Default)]
-struct Mixer(u64);
+pub(crate) struct Mixer(u64);
 
 impl Hasher for Mixer {
     fn finish(&self) -> u64 {

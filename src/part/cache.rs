@@ -1,7 +1,7 @@
 //! A prepared part as a file beside its CAD.
 //!
 //! ```text
-//! magic, format version, key (SHA-256 of everything the part was made of), body, SHA-256 of all before
+//! magic, format version, key (SHA-256 of everything the part was made of), body, checksum (SHA-256) of all before
 //! ```
 //!
 //! All numbers are little-endian. A file with another key, of another length or with one changed bit is not trusted but rebuilt;
@@ -10,11 +10,11 @@
 mod codec;
 
 use super::{Face, FaceSample, Part, PartSettings, RestingPose};
-use crate::geometry::boundary::{Adjacency, NON_MANIFOLD};
-use crate::geometry::bvh::{Node, Tree};
-use crate::geometry::{Aabb, Bvh, LengthUnit, Mesh, Point3, UnitVector3};
+use crate::geometry::bvh::Shape;
+use crate::geometry::{Aabb, Bvh, LengthUnit, Mesh, Point3, UnitVector3, Vector3};
 use crate::plan::{CadSide, Side};
 use codec::{Reader, Writer};
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -68,6 +68,8 @@ pub(super) fn store(file: &Path, key: &Key, part: &Part) -> std::io::Result<()> 
 
 fn encode(part: &Part, key: &Key) -> Vec<u8> {
     let mut w = Writer::default();
+    // About what the arrays take; more is found when it is needed.
+    w.bytes.reserve(80 * part.mesh.triangles.len() + 130 * part.mesh.vertices.len());
     w.bytes.extend(MAGIC);
     w.bytes.extend(FORMAT.to_le_bytes());
     w.bytes.extend(key);
@@ -86,8 +88,10 @@ fn encode(part: &Part, key: &Key) -> Vec<u8> {
         w.f64(pose.height_mm);
     }
     write_mesh(&mut w, &part.mesh);
-    part.faces.iter().for_each(|face| write_face(&mut w, face));
-    let checksum = Sha256::digest(&w.bytes);
+    let [top, bottom] = &part.faces;
+    write_face(&mut w, top, &part.mesh, None);
+    write_face(&mut w, bottom, &part.mesh, Some(&top.bvh.shape()));
+    let checksum = checksum(&w.bytes);
     w.bytes.extend(checksum);
     w.bytes
 }
@@ -97,7 +101,7 @@ fn decode(bytes: &[u8], key: &Key) -> Option<Part> {
     let (content, checksum) = bytes.split_at(content);
     let expected_header =
         content.starts_with(MAGIC) && content[8..12] == FORMAT.to_le_bytes() && content[12..HEADER] == *key;
-    if !expected_header || Sha256::digest(content).as_slice() != checksum {
+    if !expected_header || self::checksum(content) != checksum {
         return None;
     }
     let mut r = Reader::new(&content[HEADER..]);
@@ -109,7 +113,8 @@ fn decode(bytes: &[u8], key: &Key) -> Option<Part> {
     let warnings = (0..r.count(8)?).map(|_| r.text()).collect::<Option<Vec<_>>>()?;
     let resting_poses = (0..r.count(48)?).map(|_| read_pose(&mut r)).collect::<Option<Vec<_>>>()?;
     let mesh = read_mesh(&mut r)?;
-    let (top, bottom) = (StoredFace::read(&mut r)?, StoredFace::read(&mut r)?);
+    let top = StoredFace::read(&mut r, &mesh, None)?;
+    let bottom = StoredFace::read(&mut r, &mesh, Some(&top.shape))?;
     if !r.is_at_end() {
         return None;
     }
@@ -128,6 +133,12 @@ fn decode(bytes: &[u8], key: &Key) -> Option<Part> {
         warnings,
         faces,
     })
+}
+
+/// SHA-256 over the SHA-256 of each mebibyte, so that all threads can help.
+fn checksum(bytes: &[u8]) -> Key {
+    let each: Vec<Key> = bytes.par_chunks(1 << 20).map(|chunk| Sha256::digest(chunk).into()).collect();
+    Sha256::digest(each.as_flattened()).into()
 }
 
 fn side_tag(side: CadSide) -> u64 {
@@ -154,75 +165,95 @@ fn write_mesh(w: &mut Writer, mesh: &Mesh) {
     w.words(mesh.triangles.iter().copied());
 }
 
-/// A mesh of which every coordinate is finite and every index fits.
 fn read_mesh(r: &mut Reader) -> Option<Mesh> {
-    let vertices: Vec<Point3> = r.triples()?.map(Point3::from).collect();
-    let triangles: Vec<[u32; 3]> = r.words()?.collect();
+    let vertices = r.triples()?.map(Point3::from).collect();
+    sound_mesh(vertices, r.words()?.collect())
+}
+
+/// A mesh of which every coordinate is finite and every index fits.
+fn sound_mesh(vertices: Vec<Point3>, triangles: Vec<[u32; 3]>) -> Option<Mesh> {
     let count = vertices.len();
     let sound = vertices.iter().all(|v| v.coords.iter().all(|c| c.is_finite()))
         && triangles.iter().all(|t| t.iter().all(|v| (*v as usize) < count));
     sound.then_some(Mesh { vertices, triangles })
 }
 
-fn write_face(w: &mut Writer, face: &Face) {
-    write_mesh(w, &face.mesh);
-    w.words(face.adjacency.across.iter().copied());
+/// How a face's triangles are stored.
+mod winding {
+    /// Written out.
+    pub(super) const OWN: u64 = 0;
+    /// Those of the part's mesh.
+    pub(super) const SAME: u64 = 1;
+    /// Those of the part's mesh, wound the other way.
+    pub(super) const TURNED: u64 = 2;
+}
+
+fn turned(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
+}
+
+/// Both faces of a sheet have the triangles and the search tree's shape in common: these are written once.
+fn write_face(w: &mut Writer, face: &Face, part_mesh: &Mesh, known: Option<&Shape>) {
+    w.triples(face.mesh.vertices.iter().map(|v| [v.x, v.y, v.z]));
+    if face.mesh.triangles == part_mesh.triangles {
+        w.u64(winding::SAME);
+    } else if face.mesh.triangles == turned(&part_mesh.triangles) {
+        w.u64(winding::TURNED);
+    } else {
+        w.u64(winding::OWN);
+        w.words(face.mesh.triangles.iter().copied());
+    }
     w.triples(face.vertex_normals.iter().map(|n| [n.x, n.y, n.z]));
     w.triples(face.samples.iter().map(|s| [s.point.x, s.point.y, s.point.z]));
     w.triples(face.samples.iter().map(|s| [s.normal.x, s.normal.y, s.normal.z]));
-    let tree = face.bvh.tree();
-    w.point(&tree.centre);
-    w.words(tree.leaves.iter().copied());
-    w.words(tree.nodes.iter().map(|node| node.child));
-    w.floats(tree.nodes.iter().flat_map(|node| node.lo));
-    w.floats(tree.nodes.iter().flat_map(|node| node.hi));
+    let shape = face.bvh.shape();
+    let is_known = known == Some(&shape);
+    w.u64(u64::from(is_known));
+    if !is_known {
+        w.words(shape.leaves.into_iter());
+        w.words(shape.children.into_iter());
+    }
 }
 
 /// A face as stored, before its search tree is put together.
 struct StoredFace {
     mesh: Mesh,
-    adjacency: Adjacency,
-    vertex_normals: Vec<crate::geometry::Vector3>,
+    vertex_normals: Vec<Vector3>,
     samples: Vec<FaceSample>,
-    tree: Tree,
+    shape: Shape,
 }
 
 impl StoredFace {
-    fn read(r: &mut Reader) -> Option<Self> {
-        let mesh = read_mesh(r)?;
-        let across: Vec<[u32; 3]> = r.words()?.collect();
-        let half_edges = 3 * mesh.triangles.len() as u64;
-        let inside = across.iter().flatten().all(|a| u64::from(*a) < half_edges || *a >= NON_MANIFOLD);
-        let vertex_normals: Vec<_> = r.triples()?.map(crate::geometry::Vector3::from).collect();
-        if !inside || across.len() != mesh.triangles.len() || vertex_normals.len() != mesh.vertices.len() {
-            return None;
-        }
+    fn read(r: &mut Reader, part_mesh: &Mesh, known: Option<&Shape>) -> Option<Self> {
+        let vertices = r.triples()?.map(Point3::from).collect();
+        let triangles = match r.u64()? {
+            winding::SAME => part_mesh.triangles.clone(),
+            winding::TURNED => turned(&part_mesh.triangles),
+            winding::OWN => r.words()?.collect(),
+            _ => return None,
+        };
+        let mesh = sound_mesh(vertices, triangles)?;
+        let vertex_normals: Vec<_> = r.triples()?.map(Vector3::from).collect();
         let points: Vec<[f64; 3]> = r.triples()?.collect();
         let normals: Vec<[f64; 3]> = r.triples()?.collect();
-        let samples = points
-            .iter()
-            .zip(&normals)
-            .map(|(p, n)| FaceSample { point: Point3::from(*p), normal: UnitVector3::new_unchecked((*n).into()) });
-        let samples = samples.collect();
-        let centre = r.point()?;
-        let leaves = r.words()?.collect();
-        let child: Vec<_> = r.words()?.collect();
-        let (lo, hi): (Vec<_>, Vec<_>) = (r.floats()?.collect(), r.floats()?.collect());
-        if points.len() != normals.len() || lo.len() != 3 * child.len() || hi.len() != lo.len() {
+        if points.len() != normals.len() || vertex_normals.len() != mesh.vertices.len() {
             return None;
         }
-        let nodes = child.into_iter().enumerate().map(|(k, child)| Node {
-            lo: [lo[3 * k], lo[3 * k + 1], lo[3 * k + 2]],
-            hi: [hi[3 * k], hi[3 * k + 1], hi[3 * k + 2]],
-            child,
-        });
-        let tree = Tree { centre, nodes: nodes.collect(), leaves };
-        Some(Self { mesh, adjacency: Adjacency { across }, vertex_normals, samples, tree })
+        let sample = |(p, n): (&[f64; 3], &[f64; 3])| FaceSample {
+            point: Point3::from(*p),
+            normal: UnitVector3::new_unchecked(Vector3::from(*n)),
+        };
+        let samples = points.iter().zip(&normals).map(sample).collect();
+        let shape = match r.u64()? {
+            0 => Shape { leaves: r.words()?.collect(), children: r.words()?.collect() },
+            _ => known?.clone(),
+        };
+        Some(Self { mesh, vertex_normals, samples, shape })
     }
 
     fn into_face(self, side: Side) -> Option<Face> {
-        let bvh = Bvh::try_from_tree(&self.mesh, self.tree)?;
-        Some(Face::from_parts(side, self.mesh, bvh, self.samples, self.adjacency, self.vertex_normals))
+        let bvh = Bvh::try_from_shape(&self.mesh, &self.shape)?;
+        Some(Face::from_parts(side, self.mesh, bvh, self.samples, self.vertex_normals))
     }
 }
 

@@ -58,10 +58,14 @@ pub struct FaceHit {
 impl Face {
     /// Makes a face of a mesh whose normals already point out of the sheet.
     pub(super) fn new(side: Side, mesh: Mesh) -> Face {
-        let (adjacency, bvh) = rayon::join(|| Adjacency::of(&mesh), || Bvh::build(&mesh));
-        let vertex_normals = vertex_normals(&mesh);
-        let samples = samples::spread(&mesh);
-        Self::from_parts(side, mesh, bvh, samples, adjacency, vertex_normals)
+        let bvh = Bvh::build(&mesh);
+        Self::over(side, mesh, bvh)
+    }
+
+    /// The same with the search tree given.
+    pub(super) fn over(side: Side, mesh: Mesh, bvh: Bvh) -> Face {
+        let (vertex_normals, samples) = rayon::join(|| vertex_normals(&mesh), || samples::spread(&mesh));
+        Self::from_parts(side, mesh, bvh, samples, vertex_normals)
     }
 
     /// Puts a face together from what a cache keeps, and derives the rest.
@@ -70,9 +74,9 @@ impl Face {
         mesh: Mesh,
         bvh: Bvh,
         samples: Vec<FaceSample>,
-        adjacency: Adjacency,
         vertex_normals: Vec<Vector3>,
     ) -> Face {
+        let adjacency = Adjacency::of(&mesh);
         let loops = boundary_loops(&mesh, &adjacency);
         let boundary_loops = loop_points(&mesh, &loops);
         let mut vertex_on_boundary = vec![false; mesh.vertices.len()];

@@ -4,7 +4,7 @@ use super::{Face, Part, PartSettings, resting, skin, solid};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::boundary::{self, Adjacency};
 use crate::geometry::weld::weld;
-use crate::geometry::{Aabb, Mesh, Point3, Vector3};
+use crate::geometry::{Aabb, Bvh, Mesh, Point3, Vector3};
 use crate::plan::{CadSide, Side};
 use crate::run::RunContext;
 
@@ -117,14 +117,20 @@ fn point_outwards(mesh: &mut Mesh) {
 /// Both faces of a sheet whose CAD is one surface.
 fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>) -> [Face; 2] {
     let one = |side: Side| {
-        let moved = skin::offset(mesh, settings.cad_side.face_offset_mm(side, settings.thickness_mm));
-        let mut mesh = moved.mesh;
+        let mut moved = skin::offset(mesh, settings.cad_side.face_offset_mm(side, settings.thickness_mm));
         if side == Side::Bottom {
-            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            moved.mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        (Face::new(side, mesh), moved.folded)
+        (moved.mesh, moved.folded)
     };
-    let (top, bottom) = rayon::join(|| one(Side::Top), || one(Side::Bottom));
+    let ((top, bottom), bvh) = rayon::join(|| (one(Side::Top), one(Side::Bottom)), || Bvh::build(mesh));
+    // One tree serves all three surfaces: they are a thickness apart.
+    let shape = bvh.shape();
+    let face = |side: Side, (mesh, folded): (Mesh, usize)| {
+        let bvh = Bvh::try_from_shape(&mesh, &shape).unwrap_or_else(|| Bvh::build(&mesh));
+        (Face::over(side, mesh, bvh), folded)
+    };
+    let (top, bottom) = rayon::join(|| face(Side::Top, top), || face(Side::Bottom, bottom));
     for (face, folded) in [&top, &bottom] {
         if *folded > 0 {
             let side = face.side.key();

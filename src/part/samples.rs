@@ -5,6 +5,7 @@
 //! crowd and no wide gap stays.
 
 use super::FaceSample;
+use crate::geometry::weld::Mixing;
 use crate::geometry::{Mesh, Point3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +31,7 @@ pub(super) fn spread(mesh: &Mesh) -> Vec<FaceSample> {
     // Saturation density 0.547 / (pi r^2 / 4) = wanted / area, then a little less radius, because candidates end before saturation.
     let radius = 0.93 * (4.0 * 0.547 * area / (std::f64::consts::PI * WANTED as f64)).sqrt();
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let mut grid: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    let mut grid = Grid { first: HashMap::default(), next: Vec::new() };
     let mut samples: Vec<FaceSample> = Vec::with_capacity(WANTED);
     for _ in 0..CANDIDATES_EACH * WANTED {
         let at: f64 = rng.random::<f64>() * area;
@@ -39,8 +40,8 @@ pub(super) fn spread(mesh: &Mesh) -> Vec<FaceSample> {
         let Some(normal) = mesh.normal(triangle) else { continue };
         let point = on_triangle(&mesh.corners(triangle), a, b);
         let cell = [0, 1, 2].map(|k| (point[k] / radius).floor() as i64);
-        if is_free(&grid, &samples, &cell, &point, radius) {
-            grid.entry(cell).or_default().push(samples.len() as u32);
+        if !grid.holds_any(&cell, |k| (samples[k].point - point).norm_squared() < radius * radius) {
+            grid.add(cell);
             samples.push(FaceSample { point, normal });
         }
     }
@@ -53,14 +54,33 @@ fn on_triangle(corners: &[Point3; 3], a: f64, b: f64) -> Point3 {
     corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b
 }
 
-fn is_free(grid: &HashMap<[i64; 3], Vec<u32>>, samples: &[FaceSample], cell: &[i64; 3], p: &Point3, r: f64) -> bool {
-    let steps = [-1i64, 0, 1];
-    !steps.iter().any(|x| {
-        steps.iter().any(|y| {
-            steps.iter().any(|z| {
-                let near = grid.get(&[cell[0] + x, cell[1] + y, cell[2] + z]);
-                near.into_iter().flatten().any(|k| (samples[*k as usize].point - p).norm_squared() < r * r)
-            })
-        })
-    })
+/// Samples by cell, each cell a chain through `next`.
+struct Grid {
+    first: HashMap<[i64; 3], u32, Mixing>,
+    next: Vec<u32>,
+}
+
+impl Grid {
+    /// Adds the next sample.
+    fn add(&mut self, cell: [i64; 3]) {
+        let head = self.first.entry(cell).or_insert(u32::MAX);
+        self.next.push(*head);
+        *head = (self.next.len() - 1) as u32;
+    }
+
+    /// Whether any sample in the cell or beside it is of that kind; the cell itself first, where it is likeliest.
+    fn holds_any(&self, cell: &[i64; 3], is: impl Fn(usize) -> bool) -> bool {
+        const STEPS: [i64; 3] = [0, -1, 1];
+        for place in 0..27 {
+            let [x, y, z] = [STEPS[place % 3], STEPS[place / 3 % 3], STEPS[place / 9]];
+            let mut k = self.first.get(&[cell[0] + x, cell[1] + y, cell[2] + z]).copied().unwrap_or(u32::MAX);
+            while k != u32::MAX {
+                if is(k as usize) {
+                    return true;
+                }
+                k = self.next[k as usize];
+            }
+        }
+        false
+    }
 }

@@ -1,7 +1,7 @@
 //! Building the tree: binned surface area heuristic, straight into wide nodes.
 
 use super::pack::LANES;
-use super::{LEAF, NONE, Node, Tree, WIDTH};
+use super::{LEAF, NONE, Node, Shape, Tree, WIDTH};
 use crate::geometry::{Mesh, Point3};
 use rayon::prelude::*;
 
@@ -39,8 +39,9 @@ impl Extent {
 
     fn add(&mut self, lo: &[f32; 3], hi: &[f32; 3]) {
         for axis in 0..3 {
-            self.lo[axis] = self.lo[axis].min(lo[axis]);
-            self.hi[axis] = self.hi[axis].max(hi[axis]);
+            // Not `f32::min`, which also sorts out NaN: there is none here, and this loop is most of the building.
+            self.lo[axis] = if lo[axis] < self.lo[axis] { lo[axis] } else { self.lo[axis] };
+            self.hi[axis] = if hi[axis] > self.hi[axis] { hi[axis] } else { self.hi[axis] };
         }
     }
 
@@ -72,14 +73,8 @@ pub(super) fn tree(mesh: &Mesh) -> Tree {
         .into_par_iter()
         .with_min_len(4096)
         .map(|triangle| {
-            let corners = mesh.corners(triangle).map(|c| c - centre);
-            let lowest = corners[0].inf(&corners[1]).inf(&corners[2]);
-            let highest = corners[0].sup(&corners[1]).sup(&corners[2]);
-            Item {
-                lo: std::array::from_fn(|k| (lowest[k] as f32).next_down()),
-                hi: std::array::from_fn(|k| (highest[k] as f32).next_up()),
-                triangle: triangle as u32,
-            }
+            let Extent { lo, hi } = triangle_box(mesh, triangle, &centre);
+            Item { lo, hi, triangle: triangle as u32 }
         })
         .collect();
     let mut subtree = Subtree::default();
@@ -89,9 +84,54 @@ pub(super) fn tree(mesh: &Mesh) -> Tree {
     Tree { centre, nodes: subtree.nodes, leaves: subtree.leaves }
 }
 
+/// The box of a triangle relative to the centre, rounded outwards.
+fn triangle_box(mesh: &Mesh, triangle: usize, centre: &Point3) -> Extent {
+    let corners = mesh.corners(triangle).map(|c| c - centre);
+    let lowest = corners[0].inf(&corners[1]).inf(&corners[2]);
+    let highest = corners[0].sup(&corners[1]).sup(&corners[2]);
+    Extent {
+        lo: std::array::from_fn(|k| (lowest[k] as f32).next_down()),
+        hi: std::array::from_fn(|k| (highest[k] as f32).next_up()),
+    }
+}
+
+/// Gives a tree new boxes, those of a mesh with the same triangles over other vertices. For the mesh the tree was built for, that gives
+/// the same boxes again. The tree must be sound for the number of triangles.
+pub(super) fn refit(mesh: &Mesh, shape: &Shape) -> Tree {
+    let centre = mesh.bounds().map_or(Point3::origin(), |b| b.centre());
+    let leaf_box = |leaf: &[u32; LANES]| {
+        let mut extent = Extent::EMPTY;
+        for &triangle in leaf.iter().filter(|t| **t != NONE) {
+            let b = triangle_box(mesh, triangle as usize, &centre);
+            extent.add(&b.lo, &b.hi);
+        }
+        extent
+    };
+    let leaf_boxes: Vec<Extent> = shape.leaves.par_iter().with_min_len(1024).map(leaf_box).collect();
+    let mut node_boxes = vec![Extent::EMPTY; shape.children.len()];
+    let mut nodes = vec![Node::EMPTY; shape.children.len()];
+    // Children come after their parents.
+    for (here, children) in shape.children.iter().enumerate().rev() {
+        let node = &mut nodes[here];
+        node.child = *children;
+        let mut whole = Extent::EMPTY;
+        for (k, &child) in children.iter().enumerate().filter(|(_, c)| **c != NONE) {
+            let is_leaf = child & LEAF != 0;
+            let b = if is_leaf { leaf_boxes[(child ^ LEAF) as usize] } else { node_boxes[child as usize] };
+            for axis in 0..3 {
+                node.lo[axis][k] = b.lo[axis];
+                node.hi[axis][k] = b.hi[axis];
+            }
+            whole.add(&b.lo, &b.hi);
+        }
+        node_boxes[here] = whole;
+    }
+    Tree { centre, nodes, leaves: shape.leaves.clone() }
+}
+
 fn build_node(items: &mut [Item], level: usize, out: &mut Subtree) {
     let here = out.nodes.len();
-    let mut node = Node { lo: [[f32::INFINITY; WIDTH]; 3], hi: [[f32::NEG_INFINITY; WIDTH]; 3], child: [NONE; WIDTH] };
+    let mut node = Node::EMPTY;
     out.nodes.push(node);
     let parallel = items.len() > PARALLEL;
     let ranges = children(items, level);
@@ -164,7 +204,7 @@ fn children(items: &mut [Item], level: usize) -> Vec<(usize, Extent)> {
         let by_cost = level < COST_LEVELS;
         let cost = |r: &(std::ops::Range<usize>, Extent)| match r.0.len() {
             count if count <= LANES => -1.0,
-            count if by_cost => r.1.half_area() * count as f32,
+            count if by_cost => r.1.half_area() * packs(count),
             count => count as f32,
         };
         let mut widest = 0;
@@ -186,6 +226,11 @@ fn children(items: &mut [Item], level: usize) -> Vec<(usize, Extent)> {
         ranges.insert(widest + 1, (cut..range.end, halves.1));
     }
     ranges.into_iter().map(|(range, extent)| (range.len(), extent)).collect()
+}
+
+/// Leaves that so many triangles fill: what a search pays for, so that leaves come out full.
+fn packs(count: usize) -> f32 {
+    count.div_ceil(LANES) as f32
 }
 
 /// Partitions at the cheapest of the bin borders; `None` when all middles fall together.
@@ -216,7 +261,7 @@ fn split_by_cost(items: &mut [Item]) -> Option<usize> {
         for k in (1..BINS).rev() {
             extent.add(&bins[axis][k].0.lo, &bins[axis][k].0.hi);
             count += bins[axis][k].1;
-            from_right[k] = if count > 0 { extent.half_area() * count as f32 } else { f32::INFINITY };
+            from_right[k] = if count > 0 { extent.half_area() * packs(count) } else { f32::INFINITY };
         }
         let (mut extent, mut count) = (Extent::EMPTY, 0);
         for k in 1..BINS {
@@ -225,7 +270,7 @@ fn split_by_cost(items: &mut [Item]) -> Option<usize> {
             if count == 0 {
                 continue;
             }
-            let cost = extent.half_area() * count as f32 + from_right[k];
+            let cost = extent.half_area() * packs(count) + from_right[k];
             if cost.is_finite() && cheapest.is_none_or(|(c, _, _)| cost < c) {
                 cheapest = Some((cost, axis, k));
             }
@@ -242,8 +287,8 @@ fn split_by_cost(items: &mut [Item]) -> Option<usize> {
     (next > 0 && next < items.len()).then_some(next)
 }
 
-/// Whether a stored tree can be searched without leaving it: see [`super::Bvh::try_from_tree`].
-pub(super) fn is_sound(tree: &Tree, triangles: usize) -> bool {
+/// Whether a stored tree can be searched without leaving it: see [`super::Bvh::try_from_shape`].
+pub(super) fn is_sound(tree: &Shape, triangles: usize) -> bool {
     let mut seen = vec![false; triangles];
     let every_triangle_once = tree.leaves.iter().flatten().filter(|t| **t != NONE).all(|&t| {
         let fresh = seen.get(t as usize) == Some(&false);
@@ -252,22 +297,21 @@ pub(super) fn is_sound(tree: &Tree, triangles: usize) -> bool {
         }
         fresh
     });
-    let mut level = vec![0usize; tree.nodes.len()];
-    for (k, node) in tree.nodes.iter().enumerate() {
-        for &child in node.child.iter().filter(|c| **c != NONE) {
+    let mut level = vec![0usize; tree.children.len()];
+    for (k, children) in tree.children.iter().enumerate() {
+        for &child in children.iter().filter(|c| **c != NONE) {
             if child & LEAF != 0 {
                 if (child ^ LEAF) as usize >= tree.leaves.len() {
                     return false;
                 }
             } else {
                 let below = level[k] + 1;
-                if child as usize <= k || child as usize >= tree.nodes.len() || below >= MAX_LEVELS {
+                if child as usize <= k || child as usize >= tree.children.len() || below >= MAX_LEVELS {
                     return false;
                 }
                 level[child as usize] = level[child as usize].max(below);
             }
         }
     }
-    let centre_is_finite = tree.centre.coords.iter().all(|c| c.is_finite());
-    every_triangle_once && seen.iter().all(|s| *s) && centre_is_finite && (tree.nodes.is_empty() == (triangles == 0))
+    every_triangle_once && seen.iter().all(|s| *s) && (tree.children.is_empty() == (triangles == 0))
 }

@@ -15,7 +15,6 @@ pub(super) struct Pack {
     origin: [Lanes; 3],
     u: [Lanes; 3],
     v: [Lanes; 3],
-    n: [Lanes; 3],
     length: Lanes,
     apex: [Lanes; 2],
     /// Reciprocal squared lengths of the edges from the apex to the origin and to the end of the longest edge.
@@ -30,7 +29,6 @@ impl Pack {
             origin: [nothing; 3],
             u: [nothing; 3],
             v: [nothing; 3],
-            n: [nothing; 3],
             length: nothing,
             apex: [nothing; 2],
             inverse_sq: [nothing; 2],
@@ -47,9 +45,7 @@ impl Pack {
             self.origin[axis][lane] = t.origin[axis];
             self.u[axis][lane] = t.u[axis];
             self.v[axis][lane] = t.v[axis];
-            self.n[axis][lane] = t.n[axis];
         }
-        // Without area there is no plane: everything across the edge must count as height, see `distances_sq`.
         self.length[lane] = t.length;
         let [cx, cy] = t.apex;
         let ex = cx - t.length;
@@ -64,11 +60,12 @@ impl Pack {
     /// One lane as a triangle again.
     pub(super) fn triangle(&self, lane: usize) -> FramedTriangle {
         let vector = |c: &[Lanes; 3]| Vector3::new(c[0][lane], c[1][lane], c[2][lane]);
+        let (u, v) = (vector(&self.u), vector(&self.v));
         FramedTriangle {
             origin: Point3::from(vector(&self.origin)),
-            u: vector(&self.u),
-            v: vector(&self.v),
-            n: vector(&self.n),
+            u,
+            v,
+            n: u.cross(&v),
             length: self.length[lane],
             apex: [self.apex[0][lane], self.apex[1][lane]],
             first_corner: self.first_corner[lane],

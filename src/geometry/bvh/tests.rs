@@ -189,9 +189,22 @@ fn building_does_not_depend_on_the_number_of_threads() {
         pool.install(|| Bvh::build(&mesh))
     };
     assert_eq!(with(1).tree, with(3).tree);
-    let tree = with(2).tree;
-    assert!(Bvh::try_from_tree(&mesh, tree.clone()).is_some());
-    let mut broken = tree;
-    broken.nodes[0].child[0] = 0;
-    assert!(Bvh::try_from_tree(&mesh, broken).is_none(), "a node inside itself");
+    let built = with(2);
+    let shape = built.shape();
+    assert_eq!(Bvh::try_from_shape(&mesh, &shape), Some(built));
+    let mut broken = shape;
+    broken.children[0][0] = 0;
+    assert!(Bvh::try_from_shape(&mesh, &broken).is_none(), "a node inside itself");
+}
+
+#[test]
+fn a_tree_serves_a_mesh_that_was_moved_a_little() {
+    let mesh = sheet(40, 30, [250.0, 180.0]);
+    let mut moved = mesh.clone();
+    moved.vertices.iter_mut().for_each(|v| *v += Vector3::new(0.3, 0.2 * v.x.sin(), -1.5));
+    let refitted = Bvh::try_from_shape(&moved, &Bvh::build(&mesh).shape()).unwrap();
+    let built = Bvh::build(&moved);
+    for p in near_surface(&moved, 2000, 3) {
+        assert_eq!(refitted.closest(&p, f64::INFINITY), built.closest(&p, f64::INFINITY));
+    }
 }

@@ -38,11 +38,6 @@ impl Writer {
         self.rows(rows.len(), rows, u32::to_le_bytes);
     }
 
-    pub(super) fn floats<const N: usize>(&mut self, rows: impl Iterator<Item = [f32; N]>) {
-        let rows: Vec<[f32; N]> = rows.collect();
-        self.rows(rows.len(), rows.into_iter(), f32::to_le_bytes);
-    }
-
     fn rows<T, const N: usize, const B: usize>(
         &mut self,
         count: usize,
@@ -50,10 +45,11 @@ impl Writer {
         to_bytes: fn(T) -> [u8; B],
     ) {
         self.u64(count as u64);
-        self.bytes.reserve(count * N * B);
-        for row in rows {
-            for value in row {
-                self.bytes.extend_from_slice(&to_bytes(value));
+        let start = self.bytes.len();
+        self.bytes.resize(start + count * N * B, 0);
+        for (place, row) in self.bytes[start..].chunks_exact_mut(N * B).zip(rows) {
+            for (place, value) in place.chunks_exact_mut(B).zip(row) {
+                place.copy_from_slice(&to_bytes(value));
             }
         }
     }
@@ -114,10 +110,6 @@ impl<'a> Reader<'a> {
 
     pub(super) fn words<const N: usize>(&mut self) -> Option<impl Iterator<Item = [u32; N]> + use<'a, N>> {
         self.rows(u32::from_le_bytes)
-    }
-
-    pub(super) fn floats<const N: usize>(&mut self) -> Option<impl Iterator<Item = [f32; N]> + use<'a, N>> {
-        self.rows(f32::from_le_bytes)
     }
 
     fn rows<T: 'a, const N: usize, const B: usize>(

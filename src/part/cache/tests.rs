@@ -58,7 +58,7 @@ fn even_forged_files_do_no_harm() {
             let reach = (k + 1 + round % 8).min(forged.len());
             forged[k..reach].fill(value);
         }
-        let checksum = Sha256::digest(&forged);
+        let checksum = checksum(&forged);
         forged.extend(checksum);
         if let Some(part) = decode(&forged, &key) {
             part.face(Side::Top).closest(&Point3::new(1.0, 2.0, 3.0), f64::INFINITY);
