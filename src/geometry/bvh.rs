@@ -195,8 +195,7 @@ impl Bvh {
             let distances = probe.distances_sq(node);
             let bound = upper_f32(best.distance_sq);
             let base = waiting;
-            for k in 0..WIDTH {
-                let (d, child) = (distances[k], node.child[k]);
+            for (&d, &child) in distances.iter().zip(&node.child) {
                 if d > bound || child == NONE {
                     continue;
                 }
@@ -227,6 +226,7 @@ impl Probe {
     }
 
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "one index into three arrays is what turns into vector instructions")]
     fn distances_sq(&self, node: &Node) -> [f32; WIDTH] {
         let mut sum = [0.0f32; WIDTH];
         for axis in 0..3 {

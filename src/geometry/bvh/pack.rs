@@ -74,6 +74,10 @@ impl Pack {
 
     /// Squared distance to each triangle; NaN where there is none.
     #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "one index into fourteen arrays is what turns into vector instructions"
+    )]
     pub(super) fn distances_sq(&self, p: &Point3) -> Lanes {
         let mut out = [0.0; LANES];
         for k in 0..LANES {
