@@ -50,6 +50,9 @@ pub struct Layout {
     pub colour_scale: ColourScale,
 }
 
+/// The role of a component of a triple.
+type RoleOf = fn(u8) -> Role;
+
 /// Names that mean the same triple, in the order x, y, z or red, green, blue.
 const POSITION_NAMES: [[&str; 3]; 2] = [["x", "y", "z"], ["x_mm", "y_mm", "z_mm"]];
 const NORMAL_NAMES: [[&str; 3]; 3] =
@@ -80,8 +83,8 @@ impl Layout {
                 .with_help("export the points with columns named x, y and z"));
         };
         let mut roles = vec![None; names.len()];
-        let groups: [(_, fn(u8) -> Role); 3] = [
-            (Some(position), Role::Position),
+        let groups = [
+            (Some(position), Role::Position as RoleOf),
             (triple(&NORMAL_NAMES), Role::Normal),
             (triple(&COLOUR_NAMES), Role::Colour),
         ];
