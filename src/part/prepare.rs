@@ -12,6 +12,8 @@ use crate::run::RunContext;
 const WELD_TOLERANCE: f64 = 1e-6;
 /// A CAD smaller than this is not a stamped part: its unit is wrong.
 const SMALLEST_MM: f64 = 0.1;
+/// A solid's thickness may differ from the plan's by this share: tessellation and thinning in bends.
+const THICKNESS_AGREES: f64 = 0.1;
 
 impl Part {
     /// Prepares a CAD mesh (mm, as read: a soup or indexed). Fails when it holds nothing that could be inspected; everything else that is
@@ -146,8 +148,12 @@ fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>)
 fn solid_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>) -> ([Face; 2], f64) {
     if let Some(split) = solid::split(mesh, settings) {
         let [top, bottom] = split.faces;
+        let (given, found) = (settings.thickness_mm, split.found_mm);
+        if given > 0.0 && (found / given - 1.0).abs() > THICKNESS_AGREES {
+            warnings.push(format!("CAD: the solid is {found:.3} mm thick, the plan says {given:.3} mm"));
+        }
         let (top, bottom) = rayon::join(|| Face::new(Side::Top, top), || Face::new(Side::Bottom, bottom));
-        return ([top, bottom], split.thickness_mm);
+        return ([top, bottom], if given > 0.0 { given } else { found });
     }
     warnings
         .push("CAD: the two faces of the sheet cannot be told apart, so the whole solid stands for each".to_owned());

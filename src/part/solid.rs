@@ -27,8 +27,8 @@ const MOST_OF_IT: f64 = 0.5;
 pub(super) struct Split {
     /// Top and bottom, normals out of the material.
     pub(super) faces: [Mesh; 2],
-    /// Thickness given, or found.
-    pub(super) thickness_mm: f64,
+    /// Distance between the faces that most of their area has.
+    pub(super) found_mm: f64,
 }
 
 /// What lies opposite a triangle.
@@ -44,8 +44,8 @@ pub(super) fn split(mesh: &Mesh, settings: &PartSettings) -> Option<Split> {
         (0..mesh.triangles.len()).map(|t| mesh.normal(t).map_or(Vector3::zeros(), |n| n.into_inner())).collect();
     let areas: Vec<f64> = (0..mesh.triangles.len()).map(|t| 0.5 * mesh.area_vector_twice(t).norm()).collect();
     let opposite = opposites(mesh, &normals);
-    let given = settings.thickness_mm > 0.0;
-    let thickness_mm = if given { settings.thickness_mm } else { usual_distance(&opposite, &areas)? };
+    let found_mm = usual_distance(&opposite, &areas)?;
+    let thickness_mm = if settings.thickness_mm > 0.0 { settings.thickness_mm } else { found_mm };
     let near = |o: &Option<Opposite>| {
         o.filter(|o| ONE_THICKNESS.contains(&(o.distance / thickness_mm))).map(|o| o.triangle as usize)
     };
@@ -65,7 +65,7 @@ pub(super) fn split(mesh: &Mesh, settings: &PartSettings) -> Option<Split> {
     if second_is_top(&faces, [a, b], &settings.plan_directions) {
         faces.swap(0, 1);
     }
-    Some(Split { faces, thickness_mm })
+    Some(Split { faces, found_mm })
 }
 
 /// For each triangle the one that its inward ray meets, if that looks the other way.

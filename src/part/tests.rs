@@ -153,6 +153,35 @@ fn a_solid_sheet_is_split_into_its_two_faces() {
 }
 
 #[test]
+fn a_curved_solid_keeps_all_of_both_faces() {
+    // A dome of radius 30 mm with a hole, 0.8 mm thick; 40 facets to the arc of 2 rad.
+    let dome = grid(
+        [40, 40],
+        |i, j| !((5..9).contains(&i) && (20..24).contains(&j)),
+        |u, v| {
+            let (a, b) = (0.05 * (u - 20.0), 0.05 * (v - 20.0));
+            Point3::new(30.0 * a.sin() * b.cos(), 30.0 * b.sin(), 30.0 * a.cos() * b.cos())
+        },
+    );
+    let mut settings = settings(CadSide::Solid, 0.8);
+    settings.plan_directions = vec![(Point3::new(0.0, 0.0, 30.0), Vector3::z())];
+    let part = prepared(&soup(&thick(&dome, 0.8)), &settings);
+    assert!(part.warnings.is_empty(), "{:?}", part.warnings);
+    let (top, bottom) = (part.face(Side::Top), part.face(Side::Bottom));
+    assert_eq!((top.mesh.triangles.len(), bottom.mesh.triangles.len()), (dome.triangles.len(), dome.triangles.len()));
+    assert!((top.mesh.area() - dome.area()).abs() < 1e-6);
+    assert_eq!((top.boundary_loops.len(), bottom.boundary_loops.len()), (2, 2));
+    // A plan that says 1 mm is told; so is nothing when it says 0.
+    settings.thickness_mm = 1.0;
+    let other = prepared(&thick(&dome, 0.8), &settings);
+    assert!(other.warnings.iter().any(|w| w.contains("0.8") && w.contains("1.000")), "{:?}", other.warnings);
+    settings.thickness_mm = 0.0;
+    let found = prepared(&thick(&dome, 0.8), &settings).thickness_mm;
+    // The chord of a facet of 0.05 rad lies within 30 (1 - cos 0.025) = 0.01 mm of the arc, on either face.
+    assert!((found - 0.8).abs() < 0.02, "{found}");
+}
+
+#[test]
 fn a_solid_that_is_no_sheet_stands_whole_for_both_faces() {
     let part = prepared(&cuboid([10.0, 20.0, 30.0]), &settings(CadSide::Solid, 1.0));
     assert_eq!(part.face(Side::Top).mesh, part.face(Side::Bottom).mesh);
