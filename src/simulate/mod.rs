@@ -3,11 +3,15 @@
 //! Used by the demo, by tests and by `shapeline simulate`. It samples meshes and casts rays; it shares no formula with
 //! `fit`, so that no estimator can be tuned to it.
 
+mod actual;
 pub mod blank;
 pub mod bracket;
 pub mod caster;
+mod datum;
+pub mod demo;
 pub mod displacement;
 pub mod field;
+pub mod files;
 pub mod forming;
 pub mod part;
 pub mod rig;
@@ -20,9 +24,10 @@ pub mod truth;
 
 pub use bracket::{BracketParameters, bracket};
 pub use displacement::{Displacement, DisplacementField, draw_springback};
+pub use files::{scan_of_series, simulate_series, write_scan};
 pub use part::SyntheticPart;
 pub use rig::{RigModel, Sampling};
 pub use scan::{Label, PoseChoice, SimulatedScan, simulate_scan};
 pub use shapes::{cover, rail, symmetric_plate};
 pub use subject::Subject;
-pub use truth::ScanTruth;
+pub use truth::{Deviation, FeatureTruth, PointTruth, ScanTruth};

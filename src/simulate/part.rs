@@ -1,6 +1,7 @@
 //! A synthetic part: its faces as meshes and the exact geometry of its features.
 
 use super::blank::{FlatMesh, Opening, Uv};
+use super::caster::Caster;
 use super::forming::FormedSheet;
 use crate::geometry::{LengthUnit, Mesh, Point3, UnitVector3};
 use crate::plan::{
@@ -122,6 +123,19 @@ impl SyntheticPart {
                 formats: vec![OutputFormat::Ascii, OutputFormat::Json],
                 map_range_mm: 1.0,
             },
+        }
+    }
+
+    /// Moves the surface points along their directions onto the mesh: a plan's points lie on its CAD, and that is the mesh,
+    /// which stands a few micrometres off the forming's formula where the sheet is curved.
+    pub(super) fn put_surface_points_on_facets(&mut self) {
+        let caster = Caster::new(&self.mesh);
+        let features = self.features.iter_mut().map(|f| &mut f.geometry);
+        for geometry in features.chain(self.comparison.iter_mut().map(|c| &mut c.geometry)) {
+            let Geometry::Surface { position, direction } = geometry else { continue };
+            if let Some(hit) = caster.first(&(*position + direction.into_inner()), &-direction.into_inner(), 0.0, 2.0) {
+                *position += direction.into_inner() * (1.0 - hit.t);
+            }
         }
     }
 

@@ -1,8 +1,12 @@
 //! The measuring rig: four cameras above a conveyor belt, and what they do to a surface.
 
 use crate::geometry::UnitVector3;
+use crate::plan::Plan;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+
+/// Ground pixel of the paper's clouds: 600 / 35 * 0.00488 mm, twice for the second level.
+const PAPER_PIXEL_MM: f64 = 0.167_314;
 
 /// How the places on the surface are chosen, seen along the viewing direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +45,9 @@ pub struct RigModel {
     pub clutter_per_hole: usize,
     /// Trimmed edges and rims are rounded with this radius.
     pub rim_rounding_mm: f64,
+    /// Whether the sheet's cut faces give points where they look up far enough. Off: in a depth map they are a few pixels of
+    /// glare. On: trimmed edges of flanges that bend towards the camera get points below the edge, as a sharp sensor sees.
+    pub cut_faces_seen: bool,
     /// Share of the view lost in blots of `missing_radius_mm` (oil, reflections).
     pub missing_share: f64,
     /// Radius of those blots.
@@ -84,6 +91,7 @@ impl Default for RigModel {
             outlier_spread_mm: 5.0,
             clutter_per_hole: 10,
             rim_rounding_mm: 0.1,
+            cut_faces_seen: false,
             missing_share: 0.0,
             missing_radius_mm: 3.0,
             belt_margin_mm: 40.0,
@@ -114,6 +122,28 @@ impl RigModel {
             rim_rounding_mm: 0.0,
             ..Self::default()
         }
+    }
+
+    /// The rig that a plan describes: ground pixel d/f p, in the plane the image accuracy times that, in depth d/b times as
+    /// much again; the density per pixel and the correlation in pixels are those of the paper's cloud. Belt colour and
+    /// viewing direction are the plan's, too.
+    pub fn of_plan(plan: &Plan) -> Self {
+        let mut model = Self::default();
+        if let Some(rig) = &plan.rig {
+            let level = 2f64.powi(rig.resolution_level.saturating_sub(1).min(8) as i32);
+            let pixel = rig.distance_mm / rig.focal_mm * rig.pixel_um * 1e-3 * level;
+            let pixels = pixel / PAPER_PIXEL_MM;
+            model.density_per_mm2 /= pixels * pixels;
+            model.correlation_length_mm *= pixels;
+            model.noise_plane_mm = rig.image_accuracy_px * pixel;
+            model.noise_depth_mm = model.noise_plane_mm * rig.distance_mm / rig.base_mm;
+            (model.distance_mm, model.base_mm) = (rig.distance_mm, rig.base_mm);
+        }
+        if let Some(colour) = plan.background.belt_colours.first() {
+            model.belt_colour = *colour;
+        }
+        model.view_direction = plan.scans.view_direction.unwrap_or(model.view_direction);
+        model
     }
 
     /// The same rig with another density.

@@ -2,7 +2,8 @@
 
 use super::displacement::DisplacementField;
 use super::part::SyntheticPart;
-use crate::geometry::{Mesh, Point3};
+use crate::geometry::{Mesh, Point3, Vector3};
+use crate::part::Part;
 use crate::plan::{CadSide, Geometry, Plan, Side};
 use std::collections::HashMap;
 
@@ -40,9 +41,9 @@ impl Subject {
         Self::synthetic(nominal, nominal, DisplacementField::none())
     }
 
-    /// Any plan's CAD, displaced. `upper` and `lower` are the sheet's faces that a camera on the top and on the bottom
-    /// sees, normals out of the sheet; for a solid both are the whole solid.
-    pub fn from_faces(plan: &Plan, upper: &Mesh, lower: &Mesh, field: DisplacementField) -> Self {
+    /// Any plan's CAD, displaced.
+    pub fn from_plan(plan: &Plan, part: &Part, field: DisplacementField) -> Self {
+        let (upper, lower) = (&part.face(Side::Top).mesh, &part.face(Side::Bottom).mesh);
         let features = plan.features.iter().map(|f| f.geometry.clone()).collect();
         let comparison = plan.comparison.iter().map(|c| c.geometry.clone()).collect();
         let none = Mesh::default();
@@ -95,8 +96,13 @@ impl Subject {
         }
     }
 
-    /// Which way the upper face looks on average.
-    pub fn upper_direction(&self) -> crate::geometry::Vector3 {
+    /// Which way the upper face looks on average; for the CAD of a solid, which way the plan's directions point. Not
+    /// normalised.
+    pub fn upper_direction(&self) -> Vector3 {
+        if self.plan.part.cad_side == CadSide::Solid {
+            let features = self.plan.features.iter().map(|f| f.geometry.sheet_normal());
+            return features.chain(self.plan.comparison.iter().map(|c| c.geometry.sheet_normal())).sum();
+        }
         (0..self.upper_triangles).map(|t| self.solid.area_vector_twice(t)).sum()
     }
 

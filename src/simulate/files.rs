@@ -1,0 +1,98 @@
+//! Scans as files, each with its truth beside it; and the `simulate` command.
+
+use super::displacement::draw_springback;
+use super::rig::RigModel;
+use super::scan::{PoseChoice, SimulatedScan, simulate_scan};
+use super::subject::Subject;
+use crate::diagnostic::{Diagnostic, ReadError};
+use crate::geometry::{LengthUnit, Point3};
+use crate::io::write_ply_cloud;
+use crate::part::Part;
+use crate::plan::{Plan, Side};
+use crate::run::RunContext;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Springback and twist of simulated parts at their ends, of this order.
+pub const EVERYDAY_SPRINGBACK_MM: f64 = 0.3;
+
+/// Writes `NAME.ply` (binary, positions in `unit`, colours) and `NAME.truth.json` into a folder, each whole or not at all.
+/// Returns the path of the scan.
+pub fn write_scan(folder: &Path, name: &str, scan: &SimulatedScan, unit: LengthUnit) -> io::Result<PathBuf> {
+    let scale = 1.0 / unit.in_mm();
+    let positions: Vec<Point3> = scan.cloud.positions.iter().map(|p| p * scale).collect();
+    let path = folder.join(format!("{name}.ply"));
+    whole(&path, |out| write_ply_cloud(out, &positions, scan.cloud.colours.as_deref(), None, &[]))?;
+    let mut truth = serde_json::to_string_pretty(&scan.truth)?;
+    truth.push('\n');
+    whole(&folder.join(format!("{name}.truth.json")), |out| out.write_all(truth.as_bytes()))?;
+    Ok(path)
+}
+
+/// Writes a file beside its place first, then moves it there.
+pub(super) fn whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&std::fs::File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let file = tempfile::NamedTempFile::new_in(folder)?;
+    let mut out = BufWriter::new(file.as_file());
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    file.persist(path)?;
+    Ok(())
+}
+
+/// Scan number `index` (from 0) of a series: the plan's CAD with everyday springback and twist, either side up, anywhere on
+/// the belt. The seed and the index alone decide what comes out.
+pub fn scan_of_series(
+    plan: &Plan,
+    part: &Part,
+    seed: u64,
+    index: u64,
+    run: &RunContext,
+) -> Result<SimulatedScan, ReadError> {
+    let seed = one_of_series(seed, index);
+    let field = draw_springback(seed, EVERYDAY_SPRINGBACK_MM, &part.bounds);
+    let subject = Subject::from_plan(plan, part, field);
+    let side = if seed & 1 == 0 { Side::Top } else { Side::Bottom };
+    let resting = part.resting_poses.iter().find(|p| p.side == side);
+    let mut pose = PoseChoice::side(&subject, side);
+    if let Some(resting) = resting {
+        pose.up_cad = resting.up_cad;
+    }
+    Ok(simulate_scan(&subject, &RigModel::of_plan(plan), &pose, seed, run)?)
+}
+
+/// `shapeline simulate`: writes `count` scans into a folder (made if need be) as `sim_0001.ply` and on, and tells each one
+/// as it is written.
+pub fn simulate_series(
+    plan: &Plan,
+    part: &Part,
+    folder: &Path,
+    count: u64,
+    seed: u64,
+    run: &RunContext,
+    mut written: impl FnMut(&Path, &SimulatedScan),
+) -> Result<(), ReadError> {
+    let cannot = |e: io::Error| {
+        let message = format!("cannot be written: {e}");
+        Diagnostic::error(message).in_file(folder).with_help("give another folder with --out")
+    };
+    std::fs::create_dir_all(folder).map_err(cannot)?;
+    for index in 0..count {
+        let scan = scan_of_series(plan, part, seed, index, run)?;
+        let path = write_scan(folder, &format!("sim_{:04}", index + 1), &scan, plan.scans.unit).map_err(cannot)?;
+        written(&path, &scan);
+    }
+    Ok(())
+}
+
+/// Seeds of a series that have nothing to do with each other (the finaliser of SplitMix64).
+fn one_of_series(seed: u64, index: u64) -> u64 {
+    let mut z = seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
