@@ -15,6 +15,7 @@
 
 pub mod align;
 pub mod cli;
+pub mod demo;
 pub mod diagnostic;
 pub mod fit;
 pub mod geometry;

@@ -3,6 +3,7 @@
 use crate::geometry::Mesh;
 use rayon::prelude::*;
 use spade::{ConstrainedDelaunayTriangulation, Point2 as SpadePoint, Triangulation};
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// A place on the blank, mm.
@@ -202,11 +203,8 @@ pub fn triangulate(rims: &[Vec<Uv>], lattice: &[(Uv, f64)]) -> Option<FlatMesh> 
         first += rim.len();
     }
     let rim_vertices = vertices.len();
-    let kept: Vec<Uv> = lattice
-        .par_iter()
-        .filter(|(q, clear)| edges.iter().all(|[a, b]| segment_distance(q, &vertices[*a], &vertices[*b]) > *clear))
-        .map(|(q, _)| *q)
-        .collect();
+    let near = NearEdges::new(&vertices, &edges, lattice.iter().map(|(_, clear)| *clear).fold(0.0, f64::max));
+    let kept: Vec<Uv> = lattice.par_iter().filter(|(q, clear)| near.is_clear(q, *clear)).map(|(q, _)| *q).collect();
     vertices.extend(kept);
     let points: Vec<_> = vertices.iter().map(|q| SpadePoint::new(q.x, q.y)).collect();
     let mut crossed = false;
@@ -216,6 +214,35 @@ pub fn triangulate(rims: &[Vec<Uv>], lattice: &[(Uv, f64)]) -> Option<FlatMesh> 
         return None;
     }
     Some(inside(&cdt))
+}
+
+/// Edges by place, so that a lattice point looks at the few around it only.
+struct NearEdges {
+    cell: f64,
+    cells: HashMap<[i32; 2], Vec<(Uv, Uv)>>,
+}
+
+impl NearEdges {
+    /// Edges that may be nearer than `reach_mm` to a point are filed in its cell or in one of the eight around it.
+    fn new(vertices: &[Uv], edges: &[[usize; 2]], reach_mm: f64) -> Self {
+        let ends = |[a, b]: &[usize; 2]| (vertices[*a], vertices[*b]);
+        let longest = edges.iter().map(ends).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
+        let mut near = Self { cell: (0.5 * longest + reach_mm).max(1e-3), cells: HashMap::new() };
+        for (a, b) in edges.iter().map(ends) {
+            near.cells.entry(near.key(&nalgebra::center(&a, &b))).or_default().push((a, b));
+        }
+        near
+    }
+
+    fn is_clear(&self, q: &Uv, clear_mm: f64) -> bool {
+        let [i, j] = self.key(q);
+        let around = (-1..=1).flat_map(|a| (-1..=1).map(move |b| [i + a, j + b]));
+        around.filter_map(|key| self.cells.get(&key)).flatten().all(|(a, b)| segment_distance(q, a, b) > clear_mm)
+    }
+
+    fn key(&self, q: &Uv) -> [i32; 2] {
+        [(q.x / self.cell).floor() as i32, (q.y / self.cell).floor() as i32]
+    }
 }
 
 /// Keeps the triangles inside: from the outer face, each crossing of a rim changes between outside and inside.

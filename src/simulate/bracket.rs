@@ -9,6 +9,8 @@ use crate::plan::Geometry;
 
 /// Sheet thickness of the bracket.
 pub const THICKNESS_MM: f64 = 1.2;
+/// Spacing of a mesh with about 184 000 triangles, for measuring times.
+pub const BENCHMARK_SPACING_MM: f64 = 0.602;
 /// Side of the outline (from corner k to k + 1) whose trimmed edge is each comparison point E01..E06, and where on it.
 const EDGES: [(&str, usize, f64); 6] =
     [("E01", 10, 0.45), ("E02", 2, 0.5), ("E03", 7, 0.45), ("E04", 12, 0.5), ("E05", 17, 0.4), ("E06", 0, 0.5)];
@@ -31,7 +33,7 @@ const SURFACE: [(&str, f64, f64); 12] = [
 /// What a bracket may have that the nominal one has not. All zero: the nominal part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BracketParameters {
-    /// Length of the mesh's edges on the base; 2.4 gives the demo's CAD, 0.6 about 180 000 triangles.
+    /// Length of the mesh's edges on the base; 2.4 gives the demo's CAD, `BENCHMARK_SPACING_MM` 184 000 triangles.
     pub spacing_mm: f64,
     /// Openings moved on the blank: name (`H1`, `S1`, `C01`..`C05`) and amount in u and v.
     pub shifts: Vec<(&'static str, f64, f64)>,
@@ -246,5 +248,12 @@ mod tests {
         assert!((12_000..30_000).contains(&part.mesh.triangles.len()), "{}", part.mesh.triangles.len());
         assert!((220.0..260.0).contains(&extents.x) && (170.0..200.0).contains(&extents.y), "{extents}");
         assert_eq!(part.comparison.len(), 26);
+    }
+
+    #[test]
+    fn a_fine_mesh_serves_as_benchmark() {
+        let part = bracket(&BracketParameters { spacing_mm: BENCHMARK_SPACING_MM, ..Default::default() });
+        let triangles = part.mesh.triangles.len();
+        assert!((175_000..195_000).contains(&triangles), "{triangles}");
     }
 }

@@ -10,6 +10,7 @@ use crate::io::write_ply_cloud;
 use crate::part::Part;
 use crate::plan::{Plan, Side};
 use crate::run::RunContext;
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -30,18 +31,16 @@ pub fn write_scan(folder: &Path, name: &str, scan: &SimulatedScan, unit: LengthU
 }
 
 /// Writes a file beside its place first, then moves it there.
-pub(super) fn whole(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&std::fs::File>) -> io::Result<()>,
-) -> io::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let file = tempfile::NamedTempFile::new_in(folder)?;
-    let mut out = BufWriter::new(file.as_file());
-    write(&mut out)?;
-    out.flush()?;
-    drop(out);
-    file.persist(path)?;
-    Ok(())
+pub(super) fn whole(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let mut out = BufWriter::new(File::create(&beside)?);
+    let written = write(&mut out).and_then(|()| out.flush()).and_then(|()| std::fs::rename(&beside, path));
+    if written.is_err() {
+        // The fault is told; a leftover that cannot be removed either would only hide it.
+        let _ = std::fs::remove_file(&beside);
+    }
+    written
 }
 
 /// Scan number `index` (from 0) of a series: the plan's CAD with everyday springback and twist, either side up, anywhere on
@@ -95,4 +94,45 @@ fn one_of_series(seed: u64, index: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::part::PartSettings;
+    use crate::simulate::{ScanTruth, rail};
+
+    #[test]
+    fn a_series_of_a_plan_is_written_with_its_truth() {
+        let rail = rail();
+        let mut plan = rail.plan();
+        plan.scans.unit = LengthUnit::Cm;
+        let settings = PartSettings { cad_side: plan.part.cad_side, thickness_mm: 1.0, plan_directions: Vec::new() };
+        let silent = RunContext::silent();
+        let part = Part::prepare(rail.mesh.clone(), String::new(), &settings, &silent).unwrap();
+        plan.rig = Some(crate::plan::Rig {
+            distance_mm: 600.0,
+            base_mm: 200.0,
+            focal_mm: 35.0,
+            pixel_um: 4.88,
+            image_accuracy_px: 0.3,
+            resolution_level: 5,
+        });
+        let folder = tempfile::tempdir().unwrap();
+        let mut names = Vec::new();
+        simulate_series(&plan, &part, folder.path(), 2, 11, &silent, |path, _| names.push(path.to_path_buf())).unwrap();
+        assert_eq!(names.len(), 2);
+        for path in names {
+            let bytes = std::fs::read(&path).unwrap();
+            let cloud = crate::io::read_cloud(&bytes, &path, LengthUnit::Cm, &silent).unwrap();
+            let text = std::fs::read_to_string(path.with_extension("truth.json")).unwrap();
+            let truth: ScanTruth = serde_json::from_str(&text).unwrap();
+            let pose = truth.pose().unwrap();
+            // On the belt, about 600 mm in front of the camera, in the file's unit and back.
+            assert!(cloud.positions.iter().filter(|p| (p.z - 600.0).abs() < 30.0).count() * 10 > cloud.len() * 9);
+            let near = cloud.positions.iter().filter(|p| pose.point(p).coords.norm() < 60.0).count();
+            assert!(near > 100 && truth.points.iter().all(|p| p.aligned.is_some()), "{near} {truth:?}");
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+    }
 }
