@@ -2,5 +2,11 @@
 //!
 //! Plain functions over points; nothing here knows of parts, scans or plans.
 
+pub mod gauss_newton;
+pub mod outcome;
 pub mod robust;
+pub mod shapes;
 pub mod soft_edge;
+
+pub use outcome::{CoordinatePlane, FitKind, FitMethod, FitOutcome, Fitted, fit_points};
+pub use shapes::FitError;

@@ -1,0 +1,184 @@
+//! Shapes with a least-squares solution known by construction: residuals laid on so that they are orthogonal to every
+//! derivative of the shape leave its parameters where they are (null-space data).
+
+use super::*;
+use nalgebra::{DMatrix, DVector, Isometry3};
+
+fn motion() -> Isometry3<f64> {
+    Isometry3::new(Vector3::new(120.0, -35.0, 410.0), Vector3::new(0.4, -0.9, 0.3))
+}
+
+/// Points on a shape, moved along its normals by residuals orthogonal to the columns of the Jacobian given per point.
+/// A point moved along its normal keeps its normal, so the gradient stays zero and the shape stays the solution.
+fn with_null_space_noise(on_shape: &[(Point3, Vector3, Vec<f64>)], amplitude: f64) -> Vec<Point3> {
+    let n = on_shape.len();
+    let columns = on_shape[0].2.len();
+    let jacobian = DMatrix::from_fn(n, columns, |k, c| on_shape[k].2[c]);
+    let raw = DVector::from_fn(n, |k, _| ((k * 7919 % 1000) as f64 / 500.0 - 1.0) * amplitude);
+    let q = jacobian.qr().q();
+    let residual = &raw - &q * (q.transpose() * &raw);
+    on_shape.iter().enumerate().map(|(k, (p, normal, _))| motion() * (p + normal * residual[k])).collect()
+}
+
+fn angles(count: usize, from: f64, to: f64) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| from + (to - from) * k as f64 / (count - 1) as f64)
+}
+
+fn assert_near(a: f64, b: f64, tolerance: f64, what: &str) {
+    assert!((a - b).abs() < tolerance, "{what}: {a} against {b}");
+}
+
+// Rounding of f64 at coordinates of 500 is 1e-13; the solve amplifies it by its condition, below 1e3 here, and the parts
+// of a shape told over a short arc by some tens more: 1e-9 is far above that and far below any use.
+const EXACT: f64 = 1e-9;
+
+#[test]
+fn the_cylinder_is_found_from_a_third_of_its_girth() {
+    let mut data = Vec::new();
+    for phi in angles(40, 0.0, 2.0) {
+        for z in angles(15, -20.0, 45.0) {
+            let normal = Vector3::new(phi.cos(), phi.sin(), 0.0);
+            let row = vec![-phi.cos(), -phi.sin(), -z * phi.cos(), -z * phi.sin(), -1.0];
+            data.push((Point3::new(25.0 * phi.cos(), 25.0 * phi.sin(), z), normal, row));
+        }
+    }
+    let fit =
+        fit_points(FitKind::Cylinder, &with_null_space_noise(&data, 0.05), FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Cylinder(c) = fit.shape else { panic!("a cylinder") };
+    assert_near(c.radius, 25.0, EXACT, "radius");
+    let axis = motion() * Vector3::z();
+    assert!(c.axis.cross(&axis).norm() < EXACT);
+    assert!((c.point - motion() * Point3::origin()).cross(&axis).norm() < 1e-8);
+}
+
+#[test]
+fn the_cone_points_to_its_growing_radius() {
+    let (t, half) = (12.0, 0.35f64);
+    let (sin, cos) = half.sin_cos();
+    let mut data = Vec::new();
+    for phi in angles(36, 0.0, 6.1) {
+        for z in angles(12, -15.0, 30.0) {
+            let rho = (t + z * sin) / cos;
+            let normal = Vector3::new(cos * phi.cos(), cos * phi.sin(), -sin);
+            let (x, y) = (rho * phi.cos(), rho * phi.sin());
+            let row = vec![
+                -phi.cos() * cos,
+                -phi.sin() * cos,
+                -z * phi.cos() * cos - x * sin,
+                -z * phi.sin() * cos - y * sin,
+                -1.0,
+                -rho * sin - z * cos,
+            ];
+            data.push((Point3::new(x, y, z), normal, row));
+        }
+    }
+    let points = with_null_space_noise(&data, 0.05);
+    let fit = fit_points(FitKind::Cone, &points, FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Cone(c) = fit.shape else { panic!("a cone") };
+    assert_near(c.half_angle_rad, half, EXACT, "half angle");
+    let axis = motion() * Vector3::z();
+    assert!((c.axis.into_inner() - axis).norm() < EXACT, "sense and direction");
+    let height = (c.point - motion() * Point3::origin()).dot(&axis);
+    assert_near(c.distance_at_point, t + height * sin, 1e-8, "distance at its point");
+}
+
+#[test]
+fn sphere_circle_plane_and_line_are_exact() {
+    let mut sphere = Vec::new();
+    for phi in angles(20, 0.0, 6.0) {
+        for theta in angles(10, 0.2, 1.2) {
+            let n = Vector3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+            sphere.push((Point3::from(n * 50.0), n, vec![-n.x, -n.y, -n.z, -1.0]));
+        }
+    }
+    let fit = fit_points(FitKind::Sphere, &with_null_space_noise(&sphere, 0.2), FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Sphere(s) = fit.shape else { panic!("a sphere") };
+    assert_near(s.radius, 50.0, EXACT, "radius");
+    assert!((s.centre - motion() * Point3::origin()).norm() < EXACT);
+
+    let mut plane = Vec::new();
+    for x in angles(12, -30.0, 40.0) {
+        for y in angles(9, -20.0, 10.0) {
+            plane.push((Point3::new(x, y, 0.0), Vector3::z(), vec![1.0, x, y]));
+        }
+    }
+    let fit = fit_points(FitKind::Plane, &with_null_space_noise(&plane, 0.2), FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Plane(p) = fit.shape else { panic!("a plane") };
+    assert!(
+        p.normal.cross(&(motion() * Vector3::z())).norm() < 1e-12
+            && p.distance(&(motion() * Point3::origin())).abs() < EXACT
+    );
+
+    let mut circle = Vec::new();
+    for phi in angles(50, 0.0, 4.0) {
+        let n = Vector3::new(phi.cos(), phi.sin(), 0.0);
+        circle.push((Point3::from(n * 8.0), n, vec![-n.x, -n.y, -1.0]));
+    }
+    let points = with_null_space_noise(&circle, 0.05);
+    let fit = fit_points(FitKind::Circle, &points, FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Circle(c) = fit.shape else { panic!("a circle") };
+    assert_near(c.radius, 8.0, EXACT, "radius");
+    assert!((c.centre - motion() * Point3::origin()).norm() < EXACT);
+
+    let line: Vec<Point3> = angles(30, -5.0, 90.0).map(|s| motion() * Point3::new(s, 0.0, 0.0)).collect();
+    let fit = fit_points(FitKind::Line, &line, FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Line(l) = fit.shape else { panic!("a line") };
+    assert!(l.direction.cross(&(motion() * Vector3::x())).norm() < 1e-12);
+}
+
+#[test]
+fn a_circle_in_a_coordinate_plane_keeps_that_plane() {
+    let points: Vec<Point3> =
+        angles(20, 0.0, 5.0).map(|phi| Point3::new(3.0, 7.0 + 2.0 * phi.cos(), -1.0 + 2.0 * phi.sin())).collect();
+    let plane = Some(CoordinatePlane { axis: 0, value: 3.0 });
+    let fit = fit_points(FitKind::Circle, &points, FitMethod::LeastSquares, plane).unwrap();
+    let Fitted::Circle(c) = fit.shape else { panic!("a circle") };
+    assert!((c.centre - Point3::new(3.0, 7.0, -1.0)).norm() < 1e-12 && (c.radius - 2.0).abs() < 1e-12);
+    assert_eq!(c.axis.into_inner(), Vector3::x());
+}
+
+/// Sphere points with every tenth one far off.
+fn sphere_with_outliers() -> Vec<Point3> {
+    let mut points = Vec::new();
+    for (k, phi) in angles(400, 0.0, 60.0).enumerate() {
+        let theta = 0.1 + 1.3 * k as f64 / 400.0;
+        let n = Vector3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let noise = 0.01 * ((k * 7919 % 1000) as f64 / 500.0 - 1.0);
+        let off = if k % 10 == 3 { 4.0 } else { 0.0 };
+        points.push(Point3::from(n * (50.0 + noise + off)));
+    }
+    points
+}
+
+#[test]
+fn outliers_are_rejected_by_the_robust_fit() {
+    let points = sphere_with_outliers();
+    let plain = fit_points(FitKind::Sphere, &points, FitMethod::LeastSquares, None).unwrap();
+    let robust = fit_points(FitKind::Sphere, &points, FitMethod::Robust, None).unwrap();
+    let radius = |f: &FitOutcome| match f.shape {
+        Fitted::Sphere(s) => s.radius,
+        _ => f64::NAN,
+    };
+    assert!((radius(&plain) - 50.0).abs() > 0.1, "the outliers pull the plain fit: {}", radius(&plain));
+    // 360 points of rms 0.006 mm over a cap fix the radius to about 0.006 / sqrt(360) times the cap's condition of some ten.
+    assert!((radius(&robust) - 50.0).abs() < 0.01, "{}", radius(&robust));
+    assert_eq!(robust.rejected, 40);
+}
+
+#[test]
+fn what_does_not_fix_a_shape_is_refused() {
+    let one_place = vec![Point3::new(1.0, 2.0, 3.0); 20];
+    let in_line: Vec<Point3> = angles(20, 0.0, 1.0).map(|s| Point3::new(s, 2.0 * s, -s)).collect();
+    for kind in [FitKind::Line, FitKind::Plane, FitKind::Circle, FitKind::Sphere, FitKind::Cylinder, FitKind::Cone] {
+        assert!(fit_points(kind, &one_place, FitMethod::LeastSquares, None).is_err(), "{kind:?} of one place");
+        assert!(fit_points(kind, &[], FitMethod::Robust, None).is_err(), "{kind:?} of nothing");
+        let nan = vec![Point3::new(f64::NAN, 0.0, 0.0); 20];
+        assert_eq!(
+            fit_points(kind, &nan, FitMethod::LeastSquares, None).unwrap_err(),
+            FitError::NotFinite { index: 0 }
+        );
+    }
+    for kind in [FitKind::Plane, FitKind::Circle] {
+        assert!(fit_points(kind, &in_line, FitMethod::LeastSquares, None).is_err(), "{kind:?} of a line");
+    }
+}
