@@ -2,9 +2,11 @@
 
 pub mod best_fit;
 mod candidates;
+pub mod datum;
 mod evidence;
 mod height_map;
 mod icp;
+pub mod plan_alignment;
 pub mod pose;
 mod pose_search;
 mod refuse;
@@ -14,4 +16,5 @@ mod template;
 mod view;
 
 pub use best_fit::best_fit;
+pub use plan_alignment::{AlignmentInput, PoseUncertainty, align_on_plan};
 pub use pose::*;
