@@ -1,8 +1,13 @@
 //! Comparison points, deviation map and verdicts: from an aligned scan to an `InspectionResult`.
 
+pub mod comparison;
+pub mod map;
+pub mod pipeline;
 pub mod plan_check;
 pub mod result;
 mod rims;
+pub mod verdict;
 
+pub use pipeline::{Inspected, inspect, refused};
 pub use plan_check::check_against_part;
 pub use result::*;

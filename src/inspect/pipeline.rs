@@ -1,0 +1,146 @@
+//! One scan from its points to its result: a pure function.
+
+use super::comparison::compare;
+use super::map::deviation_map;
+use super::result::{Identity, Inspection, InspectionResult, Outcome};
+use super::verdict::of_part;
+use crate::align::{self, AlignmentInput, BestFit, align_on_plan};
+use crate::diagnostic::{Refusal, Stop};
+use crate::geometry::{Aabb, PointCloud};
+use crate::io::unit_guard;
+use crate::measure::Local;
+use crate::part::Part;
+use crate::plan::{Plan, Side};
+use crate::run::{Cancelled, RunContext, Stage};
+use crate::scan::{self, ConditionedScan, PointGrid, ScanHints};
+
+/// A result and the scan that it is about; printers draw the map from both.
+#[derive(Debug, Clone)]
+pub struct Inspected {
+    /// The result.
+    pub result: InspectionResult,
+    /// The scan with its classes; `None` when it was refused before that.
+    pub scan: Option<ConditionedScan>,
+}
+
+/// Inspects one cloud against the prepared CAD. The same input gives the same result, whatever the number of threads.
+pub fn inspect(
+    plan: &Plan,
+    part: &Part,
+    cloud: PointCloud,
+    identity: Identity,
+    run: &RunContext,
+) -> Result<Inspected, Cancelled> {
+    let (outcome, scan) = match measure_scan(plan, part, cloud, run) {
+        Ok((inspection, scan)) => (Outcome::Measured(Box::new(inspection)), Some(scan)),
+        Err((Stop::Refused(refusal), scan)) => (Outcome::Refused(refusal), scan),
+        Err((Stop::Cancelled(cancelled), _)) => return Err(cancelled),
+    };
+    let result =
+        InspectionResult { identity, outcome, map_range_mm: plan.output.map_range_mm, method: plan.alignment.clone() };
+    Ok(Inspected { result, scan })
+}
+
+/// The result of a scan that could not even be read.
+pub fn refused(plan: &Plan, identity: Identity, refusal: Refusal) -> InspectionResult {
+    InspectionResult {
+        identity,
+        outcome: Outcome::Refused(refusal),
+        map_range_mm: plan.output.map_range_mm,
+        method: plan.alignment.clone(),
+    }
+}
+
+type Stopped = (Stop, Option<ConditionedScan>);
+
+fn measure_scan(
+    plan: &Plan,
+    part: &Part,
+    cloud: PointCloud,
+    run: &RunContext,
+) -> Result<(Inspection, ConditionedScan), Stopped> {
+    let points_read = cloud.len() + cloud.skipped_invalid;
+    let before = |cancelled: Cancelled| (Stop::from(cancelled), None);
+    run.enter(Stage::Background).map_err(before)?;
+    check_raw_units(&cloud, part).map_err(|refusal| (Stop::from(refusal), None))?;
+    let extents = part.bounds.extents();
+    let hints = ScanHints {
+        view_direction: plan.scans.view_direction,
+        part_extents_mm: [extents.x, extents.y, extents.z],
+        part_area_mm2: part.face(Side::Top).mesh.area(),
+        thickness_mm: part.thickness_mm,
+    };
+    let scan = scan::condition(cloud, &plan.background, &hints, run).map_err(|stop| (stop, None))?;
+    match measure_conditioned(plan, part, &scan, points_read, run) {
+        Ok(inspection) => Ok((inspection, scan)),
+        Err(stop) => Err((stop, Some(scan))),
+    }
+}
+
+fn measure_conditioned(
+    plan: &Plan,
+    part: &Part,
+    scan: &ConditionedScan,
+    points_read: usize,
+    run: &RunContext,
+) -> Result<Inspection, Stop> {
+    check_units(scan, part)?;
+    run.enter(Stage::BestFit)?;
+    let best_fit = align::best_fit(part, scan, run)?;
+    run.enter(Stage::Features)?;
+    let grid = PointGrid::build(scan, grid_cell_mm(scan));
+    let input = AlignmentInput { plan, part, scan, grid: &grid };
+    let (alignment, pose_uncertainty) = align_on_plan(&input, &best_fit, run)?;
+    run.enter(Stage::Comparison)?;
+    let face = part.face(best_fit.face);
+    let local =
+        Local { part, face, scan, grid: &grid, cad_from_scan: alignment.cad_from_scan, uncertainty: &plan.uncertainty };
+    let points = compare(plan, &local, &alignment, &pose_uncertainty, run)?;
+    run.enter(Stage::Map)?;
+    let map = deviation_map(scan, face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
+    let verdict = of_part(&points, alignment.degraded);
+    Ok(Inspection {
+        points_read,
+        points_kept: scan.kept.len(),
+        removed: scan.removed,
+        verdict,
+        warnings: warnings(scan, &best_fit, &alignment.reason),
+        best_fit,
+        alignment,
+        points,
+        map,
+    })
+}
+
+/// Cells of the size of a typical window keep the number of cells per look-up small.
+fn grid_cell_mm(scan: &ConditionedScan) -> f64 {
+    (4.0 * scan.spacing_mm).clamp(1.0, 8.0)
+}
+
+/// Refuses a scan whose unit is not the plan's: its part is a telling factor larger or smaller than the CAD.
+fn check_units(scan: &ConditionedScan, part: &Part) -> Result<(), Refusal> {
+    let diagonal = unit_guard::robust_diagonal_mm(&scan.cloud.positions, &scan.kept);
+    let suspicion = diagonal.and_then(|mm| unit_guard::check_scale(mm, part.diagonal_mm()));
+    suspicion.map_or(Ok(()), |s| Err(Refusal::new(s.words, s.help)))
+}
+
+/// The same before anything is removed: a cloud so small or large that the filters would make nothing of it.
+fn check_raw_units(cloud: &PointCloud, part: &Part) -> Result<(), Refusal> {
+    let Some(bounds) = Aabb::of_points(&cloud.positions) else { return Ok(()) };
+    let suspicion = unit_guard::check_raw_scale(bounds.diagonal(), part.diagonal_mm());
+    suspicion.map_or(Ok(()), |s| Err(Refusal::new(s.words, s.help)))
+}
+
+fn warnings(scan: &ConditionedScan, best_fit: &BestFit, degraded: &Option<String>) -> Vec<String> {
+    let mut warnings = scan.warnings.clone();
+    if best_fit.margin < 1.5 * best_fit.margin_limit {
+        warnings.push(format!(
+            "the margin to the second pose is {:.2}, close to the limit of {:.2}",
+            best_fit.margin, best_fit.margin_limit
+        ));
+    }
+    if let Some(reason) = degraded {
+        warnings.push(format!("the map is drawn in the best fit, nothing is judged: {reason}"));
+    }
+    warnings
+}
