@@ -44,6 +44,11 @@ impl Manifest {
         self.entries.insert(name.to_owned(), hex(&Sha256::digest(bytes)));
     }
 
+    /// Takes a file off the list; whether it stood there.
+    pub fn forget(&mut self, name: &str) -> bool {
+        self.entries.remove(name).is_some()
+    }
+
     /// The listed files with their hashes, sorted by name.
     pub fn entries(&self) -> impl Iterator<Item = (&str, &str)> {
         self.entries.iter().map(|(name, hash)| (name.as_str(), hash.as_str()))

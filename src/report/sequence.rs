@@ -13,7 +13,7 @@ pub const FILE: &str = "sequence.csv";
 
 /// Its columns.
 pub const HEADER: &str = "scan,taken,status,verdict,side,points_kept,best_fit_rms_mm,margin,pass,fail,undecided,\
-not_measured,worst_point,worst_deviation_mm,worst_tolerance_ratio,reason";
+not_measured,worst_point,worst_deviation_mm,worst_tolerance_ratio,reason,scan_sha256,plan_sha256,cad_sha256";
 
 /// The row of one scan, without its line feed. Empty fields where nothing was measured.
 pub fn row(result: &InspectionResult) -> String {
@@ -48,6 +48,8 @@ pub fn row(result: &InspectionResult) -> String {
             ]);
         }
     }
+    fields.push(id.scan_sha256.clone().unwrap_or_default());
+    fields.extend([id.plan_sha256.clone(), id.cad_sha256.clone()]);
     fields.join(",")
 }
 
@@ -85,6 +87,16 @@ impl SequenceTable {
             (record[0].clone(), encoded.join(","))
         };
         Ok(Self { rows: records.iter().map(encode).collect() })
+    }
+
+    /// Under which scan's name the same bytes were inspected before, by the same plan and CAD.
+    pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<String> {
+        let hashes = [scan_sha256, plan_sha256, cad_sha256];
+        self.rows.iter().find_map(|(name, row)| {
+            let fields = parse(row).into_iter().next()?;
+            let tail = fields.len().checked_sub(hashes.len())?;
+            (fields[tail..] == hashes).then(|| name.clone())
+        })
     }
 
     /// How many scans have a row.

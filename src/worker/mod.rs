@@ -1,0 +1,134 @@
+//! Jobs on a thread of their own: what goes in, what comes out, how they are stopped.
+//!
+//! Below this layer nothing prints, looks at a clock or starts a thread; above it nobody computes.
+
+pub mod clock;
+pub mod results;
+pub mod scans;
+pub mod sequence;
+pub mod watch;
+
+pub use sequence::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings, one_line, prepare_part, run_sequence};
+
+use crate::diagnostic::Diagnostic;
+use crate::inspect::InspectionResult;
+use crate::part::CacheUse;
+use crate::run::Stage;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::JoinHandle;
+
+/// What a job tells while it runs.
+#[derive(Debug, Clone)]
+pub enum Event {
+    /// Problems of the plan, errors and warnings; may be empty.
+    Problems(Vec<Diagnostic>),
+    /// The CAD is ready.
+    Prepared {
+        /// What somebody should know of the CAD.
+        part: Vec<String>,
+        /// From the cache, or built.
+        cache: CacheUse,
+    },
+    /// A scan is begun.
+    Started {
+        /// From 1.
+        index: usize,
+        /// How many there are, unless more may arrive.
+        of: Option<usize>,
+        /// Its file.
+        scan: PathBuf,
+    },
+    /// The running scan (or the CAD) enters a stage.
+    Stage(Stage),
+    /// A scan is done and its reports are written.
+    Finished {
+        /// Its result.
+        result: Box<InspectionResult>,
+        /// The files written.
+        files: Vec<PathBuf>,
+    },
+    /// The folder is being watched.
+    Watching {
+        /// Which one.
+        folder: PathBuf,
+    },
+    /// A scan is in sight but not whole.
+    Waiting {
+        /// Its file.
+        scan: PathBuf,
+        /// What is missing.
+        why: Diagnostic,
+    },
+    /// A scan has the content of one that was inspected before.
+    Known {
+        /// Its file.
+        scan: PathBuf,
+        /// The scan under whose name its result stands.
+        inspected_as: String,
+    },
+    /// The watched folder cannot be reached; it is tried again and again.
+    FolderLost(Diagnostic),
+    /// The watched folder is there again.
+    FolderBack,
+}
+
+/// Takes a job's events; called on the job's thread.
+pub type Listener<'a> = &'a (dyn Fn(Event) + Sync);
+
+/// A sequence running on a thread of its own. Dropping it stops the sequence at once and waits for it.
+#[derive(Debug)]
+pub struct SequenceJob {
+    /// Its events; the channel closes when the job has ended.
+    pub events: Receiver<Event>,
+    stop: StopSwitch,
+    thread: Option<JoinHandle<SequenceSummary>>,
+}
+
+/// Events that may wait for their reader before the job does.
+const EVENT_QUEUE: usize = 256;
+
+impl SequenceJob {
+    /// Starts the sequence. `wake` is called after every event, for a reader that sleeps.
+    pub fn start(
+        request: SequenceRequest,
+        stop: StopSwitch,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> std::io::Result<Self> {
+        let (sender, events) = sync_channel(EVENT_QUEUE);
+        let switch = stop.clone();
+        let thread = std::thread::Builder::new().name("sequence".into()).spawn(move || {
+            run_sequence(&request, &switch, &|event| {
+                // A reader that is gone has dropped the job, and with it stopped it.
+                if sender.send(event).is_ok() {
+                    wake();
+                }
+            })
+        })?;
+        Ok(Self { events, stop, thread: Some(thread) })
+    }
+
+    /// Waits for the end. Read all events first: a full queue holds the job up.
+    pub fn join(mut self) -> SequenceSummary {
+        let joined = self.thread.take().map(JoinHandle::join);
+        match joined {
+            Some(Ok(summary)) => summary,
+            _ => SequenceSummary {
+                error: Some(Diagnostic::error("an internal fault ended the sequence")),
+                ..SequenceSummary::default()
+            },
+        }
+    }
+}
+
+impl Drop for SequenceJob {
+    fn drop(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            self.stop.now.cancel();
+            // Nobody reads any more; an empty channel lets the job run to its end.
+            let (_, closed) = sync_channel(0);
+            self.events = closed;
+            let _ = thread.join();
+        }
+    }
+}

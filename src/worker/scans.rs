@@ -1,0 +1,159 @@
+//! The scans of a plan: which files, in which order, taken when, and under which name their results go.
+
+use super::watch::Listed;
+use crate::diagnostic::Diagnostic;
+use crate::plan::{ScanOrder, ScanSettings, Taken};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Whether links in the folder count as files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Links {
+    /// A link to a file is a file.
+    Follow,
+    /// Links are left alone: nobody lays one into a watched folder by honest means.
+    Ignore,
+}
+
+/// Lists the scans of the plan's folder, in the plan's order. Files that end in `.part` are still being written and
+/// are left out.
+pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, Diagnostic> {
+    let pattern = glob::Pattern::new(&settings.pattern)
+        .map_err(|e| Diagnostic::error(format!("pattern \"{}\": {e}", settings.pattern)))?;
+    let folder = std::fs::read_dir(&settings.path).map_err(|e| {
+        Diagnostic::error(format!("the scan folder cannot be read: {e}"))
+            .in_file(&settings.path)
+            .with_help("check [scans] folder in the plan, and that the share is connected")
+    })?;
+    let mut files = Vec::new();
+    for entry in folder.flatten() {
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        if !pattern.matches(name) || name.to_ascii_lowercase().ends_with(".part") {
+            continue;
+        }
+        let path = entry.path();
+        let metadata = match links {
+            Links::Follow => std::fs::metadata(&path),
+            Links::Ignore => std::fs::symlink_metadata(&path),
+        };
+        match metadata {
+            Ok(m) if m.is_file() => files.push(Listed { path, size: m.len(), modified: m.modified().ok() }),
+            _ => {}
+        }
+    }
+    sort(&mut files, settings.order);
+    Ok(files)
+}
+
+/// Puts files into the plan's order.
+pub fn sort(files: &mut [Listed], order: ScanOrder) {
+    match order {
+        ScanOrder::Name => files.sort_by(|a, b| a.path.cmp(&b.path)),
+        ScanOrder::Modified => {
+            files.sort_by(|a, b| a.modified.cmp(&b.modified).then_with(|| a.path.cmp(&b.path)));
+        }
+    }
+}
+
+/// The date of a scan as the plan asks for it, ISO 8601; the error says in words why the name gave none.
+pub fn taken(taken: &Taken, path: &Path) -> Result<Option<String>, String> {
+    match taken {
+        Taken::None => Ok(None),
+        Taken::Name(format) => {
+            let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+            let moment = jiff::civil::DateTime::strptime(format, &stem)
+                .map(|t| t.to_string())
+                .or_else(|_| jiff::civil::Date::strptime(format, &stem).map(|d| d.to_string()));
+            moment.map(Some).map_err(|_| format!("the name \"{stem}\" does not match [scans] taken \"name:{format}\""))
+        }
+        Taken::Modified => {
+            let modified = std::fs::metadata(path).and_then(|m| m.modified()).map_err(|e| e.to_string())?;
+            Ok(Some(iso_utc(modified)?))
+        }
+    }
+}
+
+fn iso_utc(time: SystemTime) -> Result<String, String> {
+    let timestamp = jiff::Timestamp::try_from(time).map_err(|e| e.to_string())?;
+    Ok(timestamp.round(jiff::Unit::Second).map_err(|e| e.to_string())?.to_string())
+}
+
+/// Gives each scan the name of its result files: the stem, unless another scan has it already.
+#[derive(Debug, Default)]
+pub struct ResultNames {
+    owner_of: BTreeMap<String, PathBuf>,
+}
+
+impl ResultNames {
+    /// The result name of a scan; the same file keeps its name.
+    pub fn name_for(&mut self, scan: &Path) -> String {
+        let text = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let (stem, full) = (text(scan.file_stem()), text(scan.file_name()));
+        let numbered = (2..).map(|n| format!("{full} ({n})"));
+        for name in [stem, full.clone()].into_iter().chain(numbered) {
+            // `sequence.csv` and `manifest.sha256` belong to the folder.
+            if name.is_empty() || name == "sequence" || name == "manifest" {
+                continue;
+            }
+            match self.owner_of.get(&name) {
+                Some(owner) if owner != scan => {}
+                _ => {
+                    self.owner_of.insert(name.clone(), scan.to_path_buf());
+                    return name;
+                }
+            }
+        }
+        full
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_scans_never_share_a_result() {
+        let mut names = ResultNames::default();
+        assert_eq!(names.name_for(Path::new("a/1.ply")), "1");
+        assert_eq!(names.name_for(Path::new("a/1.xyz")), "1.xyz");
+        assert_eq!(names.name_for(Path::new("b/1.ply")), "1.ply");
+        assert_eq!(names.name_for(Path::new("c/1.ply")), "1.ply (2)");
+        assert_eq!(names.name_for(Path::new("a/1.ply")), "1");
+        assert_eq!(names.name_for(Path::new("a/sequence.ply")), "sequence.ply");
+    }
+
+    #[test]
+    fn the_date_comes_from_the_name() {
+        let by_name = Taken::Name("press2_%Y%m%d_%H%M%S".into());
+        let date = taken(&by_name, Path::new("x/press2_20260314_153000.ply")).unwrap();
+        assert_eq!(date.as_deref(), Some("2026-03-14T15:30:00"));
+        assert!(taken(&by_name, Path::new("x/0007.ply")).unwrap_err().contains("0007"));
+        assert_eq!(taken(&Taken::None, Path::new("x/0007.ply")), Ok(None));
+    }
+
+    #[test]
+    fn listing_takes_the_pattern_and_leaves_parts_and_folders() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["b.ply", "a.ply", "c.ply.part", "d.txt"] {
+            std::fs::write(dir.path().join(name), b"x").unwrap();
+        }
+        std::fs::create_dir(dir.path().join("e.ply")).unwrap();
+        let settings = ScanSettings {
+            folder: "x".into(),
+            path: dir.path().to_path_buf(),
+            pattern: "*.ply*".into(),
+            unit: crate::plan::LengthUnit::Mm,
+            order: ScanOrder::Name,
+            taken: Taken::None,
+            view_direction: None,
+        };
+        let names: Vec<_> = list_scans(&settings, Links::Follow)
+            .unwrap()
+            .iter()
+            .map(|l| l.path.file_name().unwrap().to_string_lossy().into_owned())
+            .collect();
+        assert_eq!(names, ["a.ply", "b.ply"]);
+    }
+}

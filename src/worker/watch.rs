@@ -1,0 +1,141 @@
+//! Which files of a watched folder are ready: each once it has been quiet, never one that is still being written.
+//!
+//! The folder is polled: events of the operating system are not reliable on network shares.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime};
+
+/// One file as the folder shows it now.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Listed {
+    /// Its path.
+    pub path: PathBuf,
+    /// Bytes.
+    pub size: u64,
+    /// Time of last change, where the file system tells.
+    pub modified: Option<SystemTime>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Seen, not quiet for long enough yet.
+    Settling,
+    /// Handed out.
+    Taken,
+    /// Handed out, and found to be cut off: waits for a change.
+    Waiting,
+}
+
+#[derive(Debug, Clone)]
+struct Seen {
+    size: u64,
+    modified: Option<SystemTime>,
+    quiet_since: Instant,
+    state: State,
+}
+
+/// Remembers what the folder showed and what was taken of it.
+#[derive(Debug)]
+pub struct FolderWatch {
+    settle: Duration,
+    seen: BTreeMap<PathBuf, Seen>,
+}
+
+impl FolderWatch {
+    /// A file is ready when its size and time have not changed for that long.
+    pub fn new(settle: Duration) -> Self {
+        Self { settle, seen: BTreeMap::new() }
+    }
+
+    /// Looks at the folder as it is now; returns the files that became ready, in the order of the listing. A file
+    /// changed after it was taken becomes ready again; one that is gone is forgotten.
+    pub fn look(&mut self, now: Instant, listing: &[Listed]) -> Vec<PathBuf> {
+        self.seen.retain(|path, _| listing.iter().any(|l| &l.path == path));
+        let mut ready = Vec::new();
+        for file in listing {
+            let seen = self.seen.entry(file.path.clone()).or_insert_with(|| Seen {
+                size: file.size,
+                modified: file.modified,
+                quiet_since: now,
+                state: State::Settling,
+            });
+            if (seen.size, seen.modified) != (file.size, file.modified) {
+                *seen = Seen { size: file.size, modified: file.modified, quiet_since: now, state: State::Settling };
+            }
+            if seen.state == State::Settling && now.duration_since(seen.quiet_since) >= self.settle {
+                seen.state = State::Taken;
+                ready.push(file.path.clone());
+            }
+        }
+        ready
+    }
+
+    /// The file turned out to be cut off: it stays in sight until it changes.
+    pub fn wait_for(&mut self, path: &Path) {
+        if let Some(seen) = self.seen.get_mut(path) {
+            seen.state = State::Waiting;
+        }
+    }
+
+    /// Files that are in sight but not whole.
+    pub fn waiting(&self) -> impl Iterator<Item = &Path> {
+        self.seen.iter().filter(|(_, seen)| seen.state == State::Waiting).map(|(path, _)| path.as_path())
+    }
+
+    /// How many files have not settled yet.
+    pub fn settling(&self) -> usize {
+        self.seen.values().filter(|seen| seen.state == State::Settling).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTLE: Duration = Duration::from_secs(2);
+
+    fn file(name: &str, size: u64) -> Listed {
+        Listed { path: name.into(), size, modified: None }
+    }
+
+    #[test]
+    fn a_growing_file_waits_until_it_is_quiet_and_is_taken_once() {
+        let start = Instant::now();
+        let at = |s: f64| start + Duration::from_secs_f64(s);
+        let mut watch = FolderWatch::new(SETTLE);
+        assert!(watch.look(at(0.0), &[file("a.ply", 10)]).is_empty());
+        assert!(watch.look(at(1.9), &[file("a.ply", 20)]).is_empty());
+        assert!(watch.look(at(3.8), &[file("a.ply", 20)]).is_empty());
+        assert_eq!(watch.look(at(3.9), &[file("a.ply", 20)]), [PathBuf::from("a.ply")]);
+        assert!(watch.look(at(60.0), &[file("a.ply", 20)]).is_empty());
+    }
+
+    #[test]
+    fn a_cut_off_file_stays_in_sight_until_it_changes() {
+        let start = Instant::now();
+        let at = |s: u64| start + Duration::from_secs(s);
+        let mut watch = FolderWatch::new(SETTLE);
+        watch.look(at(0), &[file("a.ply", 10)]);
+        assert_eq!(watch.look(at(2), &[file("a.ply", 10)]).len(), 1);
+        watch.wait_for(Path::new("a.ply"));
+        assert!(watch.look(at(100), &[file("a.ply", 10)]).is_empty());
+        assert_eq!(watch.waiting().collect::<Vec<_>>(), [Path::new("a.ply")]);
+        assert!(watch.look(at(101), &[file("a.ply", 30)]).is_empty());
+        assert_eq!(watch.waiting().count(), 0);
+        assert_eq!(watch.look(at(103), &[file("a.ply", 30)]).len(), 1);
+    }
+
+    #[test]
+    fn a_folder_that_vanishes_and_comes_back_gives_its_files_again() {
+        let start = Instant::now();
+        let at = |s: u64| start + Duration::from_secs(s);
+        let mut watch = FolderWatch::new(SETTLE);
+        watch.look(at(0), &[file("a.ply", 10)]);
+        watch.look(at(2), &[file("a.ply", 10)]);
+        watch.look(at(3), &[]);
+        watch.look(at(4), &[file("a.ply", 10)]);
+        // Whether its content was inspected before is the hash's business.
+        assert_eq!(watch.look(at(6), &[file("a.ply", 10)]).len(), 1);
+    }
+}
