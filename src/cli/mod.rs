@@ -1,8 +1,121 @@
-//! The command line.
+//! The command line: one file a subcommand. Words for people here, work in the layers below.
 
+mod check;
+mod demo;
+mod fit;
+mod prepare;
+mod run;
+mod simulate;
+mod terminal;
+mod verify;
+
+use crate::diagnostic::{Diagnostic, ReadError};
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// Shape inspection of stamped sheet metal: point clouds against the CAD model, verdicts and reports.
+#[derive(Debug, Parser)]
+#[command(name = "shapeline", version, subcommand_precedence_over_arg = true)]
+struct Arguments {
+    /// Threads to use; 0 = one a core. Results are the same with any number.
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    threads: usize,
+    /// No progress and no hints, only results and errors.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// Plan to open in the window.
+    plan: Option<PathBuf>,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Inspect scans by a plan and write the reports.
+    Run(run::RunArguments),
+    /// List every problem of a plan; inspect nothing.
+    Check(check::CheckArguments),
+    /// Write the bundled demo project, run it and say what came out.
+    Demo(demo::DemoArguments),
+    /// Pre-process the plan's CAD and write its cache.
+    Prepare(prepare::PrepareArguments),
+    /// Write synthetic scans of the plan's part with known truth.
+    Simulate(simulate::SimulateArguments),
+    /// Fit a line, plane, circle, sphere, cylinder or cone to files of points.
+    Fit(fit::FitArguments),
+    /// Check a results folder against its manifest.
+    Verify(verify::VerifyArguments),
+}
+
+/// How the program ends (INTERFACES, section 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    /// All is well: every part within tolerance, no problem found.
+    Good,
+    /// A part out of tolerance, undecided, incomplete or refused; a warning.
+    NotGood,
+    /// Nothing could be done.
+    Unusable,
+    /// Stopped by Ctrl-C.
+    Stopped,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(match exit {
+            Exit::Good => 0,
+            Exit::NotGood => 1,
+            Exit::Unusable => 2,
+            Exit::Stopped => 130,
+        })
+    }
+}
+
+/// What all commands share.
+#[derive(Debug, Clone, Copy)]
+struct Manner {
+    quiet: bool,
+}
 
 /// Reads the arguments, runs the command and tells how it ended.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    let arguments = Arguments::parse();
+    // A second pool cannot be built; the first call in the process decides, and this is it.
+    if let Err(e) = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build_global() {
+        terminal::error(&Diagnostic::error(format!("{} threads cannot be started: {e}", arguments.threads)));
+        return Exit::Unusable.into();
+    }
+    let manner = Manner { quiet: arguments.quiet };
+    let end = match arguments.command {
+        Some(Command::Run(run)) => run::run(&run, manner),
+        Some(Command::Check(check)) => check::run(&check),
+        Some(Command::Demo(demo)) => demo::run(&demo, manner),
+        Some(Command::Prepare(prepare)) => prepare::run(&prepare, manner),
+        Some(Command::Simulate(simulate)) => simulate::run(&simulate, manner),
+        Some(Command::Fit(fit)) => fit::run(&fit),
+        Some(Command::Verify(verify)) => verify::run(&verify, manner),
+        None => Err(no_window(arguments.plan)),
+    };
+    match end {
+        Ok(exit) => exit.into(),
+        Err(diagnostic) => {
+            terminal::error(&diagnostic);
+            Exit::Unusable.into()
+        }
+    }
+}
+
+fn no_window(plan: Option<PathBuf>) -> Diagnostic {
+    let plan = plan.map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
+    Diagnostic::error("this version has no window yet")
+        .with_help(format!("inspect with `shapeline run {plan}`, or see `shapeline --help`"))
+}
+
+/// A file's fault as a message; a cancelled job has none of its own.
+fn diagnostic_of(error: ReadError) -> Diagnostic {
+    match error {
+        ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic) => *diagnostic,
+        ReadError::Cancelled(_) => Diagnostic::error("stopped"),
+    }
 }
