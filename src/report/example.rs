@@ -2,7 +2,7 @@
 
 use crate::align::{BestFit, FeatureAlignment, MeasuredFeature};
 use crate::diagnostic::Refusal;
-use crate::geometry::{CadFromScan, Isometry3, Point3, Vector3};
+use crate::geometry::{CadFromScan, Isometry3, Mesh, Point3, Vector3};
 use crate::inspect::*;
 use crate::plan::{AlignmentMethod, Side, SlotReading};
 use crate::scan::Removed;
@@ -199,4 +199,50 @@ pub fn refused() -> InspectionResult {
         "copy it again; the sequence goes on",
     ));
     result
+}
+
+/// Half extents of the test sheet, mm.
+const DOME: [f64; 2] = [120.0, 70.0];
+
+/// A point of the test sheet: a shallow dome with a flange bent down at its right end and a round hole in its middle.
+pub fn dome_point(x: f64, y: f64) -> Point3 {
+    let dome = 18.0 * (1.0 - (x / DOME[0]).powi(2)) * (1.0 - (y / DOME[1]).powi(2));
+    let bead = 3.0 * (-((y - 30.0) / 8.0).powi(2)).exp();
+    Point3::new(x, y, dome + bead - 1.2 * (x - 100.0).max(0.0))
+}
+
+/// The test sheet as a mesh of `n` by `n` cells, normals up.
+pub fn dome(n: usize) -> Mesh {
+    let coordinate = |k: usize, half: f64| half * (2.0 * k as f64 / n as f64 - 1.0);
+    let vertices = (0..=n)
+        .flat_map(|j| (0..=n).map(move |i| dome_point(coordinate(i, DOME[0]), coordinate(j, DOME[1]))))
+        .collect();
+    let mut mesh = Mesh { vertices, triangles: Vec::new() };
+    for j in 0..n {
+        for i in 0..n {
+            let at = |i: usize, j: usize| (j * (n + 1) + i) as u32;
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+            let middle = mesh.vertices[a as usize] + 0.5 * (mesh.vertices[c as usize] - mesh.vertices[a as usize]);
+            if middle.x.hypot(middle.y) > 14.0 {
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    mesh
+}
+
+/// About `n` points on the test sheet in an irregular but fixed pattern, with their deviations.
+pub fn dome_cloud(n: usize, deviation_mm: impl Fn(&Point3) -> f64) -> (Vec<Point3>, Vec<f32>) {
+    // An additive recurrence with the plastic number fills the square evenly.
+    let place = |k: usize, step: f64, half: f64| half * (2.0 * (0.5 + step * k as f64).fract() - 1.0);
+    (0..n)
+        .map(|k| dome_point(place(k, 0.754_877_666, DOME[0]), place(k, 0.569_840_291, DOME[1])))
+        .filter(|p| p.x.hypot(p.y) > 14.0)
+        .map(|p| (p, deviation_mm(&p) as f32))
+        .unzip()
+}
+
+/// Distance between neighbouring points of `n` on the test sheet, mm.
+pub fn dome_spacing(n: usize) -> f64 {
+    (4.0 * DOME[0] * DOME[1] / n as f64).sqrt()
 }

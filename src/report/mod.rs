@@ -11,6 +11,8 @@ pub mod example;
 pub mod json;
 mod json_layout;
 pub mod manifest;
+pub mod palette;
+pub mod raster;
 pub mod sequence;
 pub mod words;
 

@@ -1,0 +1,167 @@
+//! From surface and field to pixels: colour times shade, hatch, lines, outline, white around it.
+
+use super::field::{Field, convolve};
+use super::surface::{SHADES, SUPERSAMPLING, Sample, Surface};
+use crate::report::palette::{Palette, Rgb};
+use rayon::prelude::*;
+
+/// How the picture is coloured.
+#[derive(Debug, Clone, Copy)]
+pub struct Style {
+    /// The scale runs from minus to plus this value, mm.
+    pub range_mm: f64,
+    /// Its colours.
+    pub palette: Palette,
+    /// Pixels a millimetre of the part.
+    pub px_per_mm: f64,
+    /// Width of the outline in pixels.
+    pub line_px: usize,
+}
+
+/// The sheet's other side, and its outline.
+const REVERSE: [f64; 3] = [166.0, 173.0, 181.0];
+const OUTLINE: [f64; 3] = [57.0, 66.0, 77.0];
+const HATCH_LIGHT: [f64; 3] = [204.0, 209.0, 217.0];
+const HATCH_DARK: [f64; 3] = [133.0, 143.0, 156.0];
+
+/// Steps of the scale from its end to zero: fine enough not to be seen, coarse enough for the picture to compress well.
+const COLOUR_STEPS: f64 = 96.0;
+
+/// A jump in depth between neighbouring pixels that is drawn as an outline, mm.
+const JUMP_MM: f32 = 3.0;
+
+/// Pixels as RGB, row by row from the top.
+pub fn compose(surface: &Surface, field: &Field, style: &Style) -> Vec<u8> {
+    let (width, height) = (field.width, field.height);
+    let seen = Seen::of(surface, width, height);
+    let lines = level_lines(field, &seen, style);
+    let colours: Vec<Rgb> =
+        (0..=2 * COLOUR_STEPS as usize).map(|k| style.palette.colour(k as f64 / COLOUR_STEPS - 1.0)).collect();
+    let mut pixels = vec![255u8; width * height * 3];
+    pixels.par_chunks_mut(3 * width.max(1)).enumerate().for_each(|(y, row)| {
+        for x in 0..width {
+            if seen.part[y * width + x] == 0 {
+                continue;
+            }
+            let base = base_colour(field.values[y * width + x], x, y, style, &colours);
+            let mut sum = [0.0f64; 3];
+            for k in 0..SUPERSAMPLING * SUPERSAMPLING {
+                let colour = sample_colour(sample(surface, x, y, k), &base);
+                (0..3).for_each(|c| sum[c] += colour[c]);
+            }
+            let mut colour = sum.map(|s| s / (SUPERSAMPLING * SUPERSAMPLING) as f64);
+            if seen.is_outline(x, y, style.line_px) {
+                colour = OUTLINE;
+            } else if lines[y * width + x] {
+                colour = colour.map(|c| 0.72 * c);
+            }
+            (0..3).for_each(|c| row[3 * x + c] = colour[c].round() as u8);
+        }
+    });
+    pixels
+}
+
+fn sample(surface: &Surface, x: usize, y: usize, k: usize) -> &Sample {
+    let (sx, sy) = (SUPERSAMPLING * x + k % SUPERSAMPLING, SUPERSAMPLING * y + k / SUPERSAMPLING);
+    &surface.samples[sy * surface.width + sx]
+}
+
+fn sample_colour(sample: &Sample, base: &[f64; 3]) -> [f64; 3] {
+    if !sample.is_part() {
+        return [255.0; 3];
+    }
+    // Between 0.88 and 1.00, so that picture and legend agree.
+    let light = 0.88 + 0.12 * f64::from(sample.shade) / f64::from(SHADES);
+    if sample.reverse { REVERSE.map(|c| c * light) } else { base.map(|c| c * light) }
+}
+
+/// The map's colour, or the hatch where nothing was measured.
+fn base_colour(value_mm: f32, x: usize, y: usize, style: &Style, colours: &[Rgb]) -> [f64; 3] {
+    if value_mm.is_nan() {
+        let period = 6 * style.line_px;
+        return if (x + y) % period < period / 2 { HATCH_DARK } else { HATCH_LIGHT };
+    }
+    let t = (f64::from(value_mm) / style.range_mm).clamp(-1.0, 1.0);
+    colours[((t + 1.0) * COLOUR_STEPS).round() as usize].map(f64::from)
+}
+
+/// What each pixel shows: how many of its samples are part, and the depth of its nearest one.
+struct Seen {
+    width: usize,
+    height: usize,
+    part: Vec<u8>,
+    depth_mm: Vec<f32>,
+}
+
+impl Seen {
+    fn of(surface: &Surface, width: usize, height: usize) -> Seen {
+        let all = 0..SUPERSAMPLING * SUPERSAMPLING;
+        let at = |p: usize| all.clone().map(move |k| sample(surface, p % width, p / width, k));
+        let part = (0..width * height).into_par_iter().map(|p| at(p).filter(|s| s.is_part()).count() as u8).collect();
+        let depth_mm = (0..width * height)
+            .into_par_iter()
+            .map(|p| at(p).map(|s| s.depth_mm).fold(f32::NEG_INFINITY, f32::max))
+            .collect();
+        Seen { width, height, part, depth_mm }
+    }
+
+    fn inside(&self, x: usize, y: usize) -> bool {
+        2 * usize::from(self.part[y * self.width + x]) >= SUPERSAMPLING * SUPERSAMPLING
+    }
+
+    /// Whether the part ends within `reach` pixels of this one, or falls away to a deeper fold.
+    fn is_outline(&self, x: usize, y: usize, reach: usize) -> bool {
+        if !self.inside(x, y) {
+            return false;
+        }
+        let depth = self.depth_mm[y * self.width + x];
+        let ends = |x: Option<usize>, y: Option<usize>| match (x, y) {
+            (Some(x), Some(y)) if x < self.width && y < self.height => {
+                !self.inside(x, y) || self.depth_mm[y * self.width + x] < depth - JUMP_MM
+            }
+            _ => true,
+        };
+        (1..=reach).any(|r| {
+            ends(x.checked_sub(r), Some(y))
+                || ends(Some(x + r), Some(y))
+                || ends(Some(x), y.checked_sub(r))
+                || ends(Some(x), Some(y + r))
+        })
+    }
+}
+
+/// Lines of equal deviation, every quarter of the range. The field is smoothed for them (they show form, not noise), and
+/// there is no line where the deviation hardly changes: it would only be noise crossing the level.
+fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
+    let (width, height) = (field.width, field.height);
+    let known: Vec<f32> = field.values.iter().map(|v| if v.is_nan() { 0.0 } else { 1.0 }).collect();
+    let values: Vec<f32> = field.values.iter().map(|v| if v.is_nan() { 0.0 } else { *v }).collect();
+    let sigma = (1.5 * style.px_per_mm).clamp(1.0, 12.0);
+    let kernel: Vec<f32> =
+        (0..=(2.0 * sigma) as usize).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp() as f32).collect();
+    let sums = convolve(&values, width, height, &kernel);
+    let weights = convolve(&known, width, height, &kernel);
+    let step = (0.25 * style.range_mm) as f32;
+    // A line stands for a change of one step within 60 mm or less.
+    let least_change = step / (60.0 * style.px_per_mm) as f32;
+    let smooth = |p: usize| (known[p] > 0.0).then(|| sums[p] / weights[p]);
+    let level = |v: f32| (v / step).clamp(-4.0, 3.0).floor();
+    (0..width * height)
+        .into_par_iter()
+        .map(|p| {
+            let (x, y) = (p % width, p / width);
+            if x + 1 >= width || y + 1 >= height {
+                return false;
+            }
+            let Some(here) = smooth(p) else { return false };
+            let crosses = |q: usize| {
+                let same_fold = (seen.depth_mm[p] - seen.depth_mm[q]).abs() < JUMP_MM;
+                smooth(q).is_some_and(|there| same_fold && level(here) != level(there))
+            };
+            let change = |q: usize| smooth(q).map_or(0.0, |there| (there - here).abs());
+            let far = 4.min(width - 1 - x).min(height - 1 - y);
+            let slope = change(p + far).max(change(p + far * width)) / far as f32;
+            slope >= least_change && (crosses(p + 1) || crosses(p + width))
+        })
+        .collect()
+}
