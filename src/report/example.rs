@@ -2,10 +2,12 @@
 
 use crate::align::{BestFit, FeatureAlignment, MeasuredFeature};
 use crate::diagnostic::Refusal;
-use crate::geometry::{CadFromScan, Isometry3, Mesh, Point3, Vector3};
+use crate::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, Vector3};
 use crate::inspect::*;
-use crate::plan::{AlignmentMethod, Side, SlotReading};
-use crate::scan::Removed;
+use crate::part::{Part, PartSettings};
+use crate::plan::{AlignmentMethod, CadSide, Side, SlotReading};
+use crate::run::RunContext;
+use crate::scan::{ConditionedScan, PointClass, Removed};
 
 /// The measured part of a result that is known to be one.
 pub fn inspection(result: &InspectionResult) -> &Inspection {
@@ -245,4 +247,36 @@ pub fn dome_cloud(n: usize, deviation_mm: impl Fn(&Point3) -> f64) -> (Vec<Point
 /// Distance between neighbouring points of `n` on the test sheet, mm.
 pub fn dome_spacing(n: usize) -> f64 {
     (4.0 * DOME[0] * DOME[1] / n as f64).sqrt()
+}
+
+/// The result with a map of these points (CAD frame), and the scan in which they were measured.
+pub fn with_map(
+    mut result: InspectionResult,
+    points_cad: &[Point3],
+    deviations_mm: Vec<f32>,
+    spacing_mm: f64,
+) -> (InspectionResult, ConditionedScan) {
+    let inspection = inspection_mut(&mut result);
+    let scan_from_cad = inspection.alignment.cad_from_scan.scan_from_cad();
+    inspection.map.indices = (0..points_cad.len() as u32).collect();
+    inspection.map.deviations_mm = deviations_mm;
+    inspection.map.statistics.points = points_cad.len();
+    let positions: Vec<Point3> = points_cad.iter().map(|p| scan_from_cad * p).collect();
+    let scan = ConditionedScan {
+        classes: vec![PointClass::Kept; positions.len()],
+        kept: (0..positions.len() as u32).collect(),
+        cloud: PointCloud { positions, ..PointCloud::default() },
+        removed: Removed::default(),
+        belt: None,
+        to_camera: None,
+        spacing_mm,
+        warnings: Vec::new(),
+    };
+    (result, scan)
+}
+
+/// The test sheet as a prepared part.
+pub fn dome_part(n: usize) -> Part {
+    let settings = PartSettings { cad_side: CadSide::Top, thickness_mm: 1.2, plan_directions: Vec::new() };
+    Part::prepare(dome(n), "0".repeat(64), &settings, &RunContext::silent()).unwrap()
 }

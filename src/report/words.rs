@@ -103,6 +103,11 @@ pub fn signed_mm(value_mm: f64) -> String {
     if matches!(text.as_str(), "+0.000" | "-0.000") { "0.000".to_owned() } else { text }
 }
 
+/// Deviation over tolerance in percent; far beyond, the exact figure tells nobody more.
+pub fn percent_of_tolerance(ratio: f64) -> String {
+    if ratio < 9.995 { format!("{:.0} %", 100.0 * ratio) } else { "> 999 %".to_owned() }
+}
+
 /// A count with a comma between thousands.
 pub fn thousands(count: usize) -> String {
     let digits = count.to_string();
@@ -114,6 +119,12 @@ pub fn thousands(count: usize) -> String {
         text.push(digit);
     }
     text
+}
+
+/// The text with a capital first letter: messages start in lower case, paragraphs on paper do not.
+pub fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or(String::new(), |c| c.to_uppercase().chain(chars).collect())
 }
 
 /// The verdict of a point in plain words: which way it is off and by how much, or why it has no verdict.
@@ -187,6 +198,10 @@ mod tests {
         assert_eq!(signed_mm(-0.0004), "0.000");
         assert_eq!(signed_mm(-0.9584), "-0.958");
         assert_eq!([0, 999, 1000, 1313042].map(thousands), ["0", "999", "1,000", "1,313,042"]);
+        assert_eq!(
+            [0.494, 1.37, 1368.0, f64::INFINITY].map(percent_of_tolerance),
+            ["49 %", "137 %", "> 999 %", "> 999 %"]
+        );
         assert_eq!(clean("a\tb\u{202e}c\r\nd"), "a bc  d");
     }
 }

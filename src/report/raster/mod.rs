@@ -56,6 +56,8 @@ pub struct MapPicture {
     pub px_per_mm: f64,
     /// Points beyond the scale's lower and upper end.
     pub beyond: [usize; 2],
+    /// Somewhere the sheet is seen from behind (a fold), drawn in grey.
+    pub reverse_seen: bool,
 }
 
 impl MapPicture {
@@ -82,7 +84,10 @@ pub fn draw(input: &MapInput<'_>, style: &MapStyle) -> Option<MapPicture> {
     let (width_px, height_px) = (size(w), size(h));
     let samples = SUPERSAMPLING as f64 * px_per_mm;
     let surface = surface::draw(input.face, &view, SUPERSAMPLING * width_px, SUPERSAMPLING * height_px, samples);
-    let mut picture = MapPicture { width_px, height_px, pixels: Vec::new(), view, px_per_mm, beyond: [0, 0] };
+    let mut picture =
+        MapPicture { width_px, height_px, pixels: Vec::new(), view, px_per_mm, beyond: [0, 0], reverse_seen: false };
+    let reverse = surface.samples.par_iter().filter(|s| s.reverse).count();
+    picture.reverse_seen = 1000 * reverse > surface.samples.len();
     let dots: Vec<Dot> = input
         .points
         .par_iter()

@@ -125,14 +125,15 @@ fn fill(triangle: &Projected, rows: &mut [Sample], width: usize, first: usize, l
     if area == 0.0 {
         return;
     }
+    let per_area = 1.0 / area;
     let low_x = a[0].min(b[0]).min(c[0]).max(0.0) as usize;
     let high_x = (a[0].max(b[0]).max(c[0]).min(width as f64 - 1.0)).max(0.0) as usize;
     for y in triangle.rows[0].max(first)..=triangle.rows[1].min(last - 1) {
         let py = y as f64 + 0.5;
         for x in low_x..=high_x {
             let px = x as f64 + 0.5;
-            let wb = ((px - a[0]) * (c[1] - a[1]) - (py - a[1]) * (c[0] - a[0])) / area;
-            let wc = ((b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0])) / area;
+            let wb = ((px - a[0]) * (c[1] - a[1]) - (py - a[1]) * (c[0] - a[0])) * per_area;
+            let wc = ((b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0])) * per_area;
             let wa = 1.0 - wb - wc;
             if wa < 0.0 || wb < 0.0 || wc < 0.0 {
                 continue;
@@ -150,6 +151,6 @@ fn fill(triangle: &Projected, rows: &mut [Sample], width: usize, first: usize, l
 /// The shade of a cosine to the light. A sheet square to the eye has 0.81 and lies in the middle of the scale; slopes of
 /// ten degrees already show.
 fn shade(cosine: f64) -> u8 {
-    let t = 0.55 + 1.6 * (cosine - 0.815);
+    let t = 0.55 + 2.2 * (cosine - 0.815);
     (t.clamp(0.0, 1.0) * f64::from(SHADES)).round() as u8
 }

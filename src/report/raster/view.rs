@@ -78,19 +78,42 @@ impl View {
 
 /// Least and greatest reach of the vertices along each of the directions over half a turn.
 fn spans(mesh: &Mesh, first: &Vector3, second: &Vector3) -> Option<Vec<(f64, f64)>> {
-    use rayon::prelude::*;
-    let flat: Vec<[f64; 2]> = mesh.vertices.iter().map(|v| [v.coords.dot(first), v.coords.dot(second)]).collect();
-    if flat.is_empty() {
+    let flat = mesh.vertices.iter().map(|v| [v.coords.dot(first), v.coords.dot(second)]).collect();
+    let outline = convex_outline(flat);
+    if outline.is_empty() {
         return None;
     }
     let reach = |k: usize| {
         let (sin, cos) = (PI * k as f64 / STEPS as f64).sin_cos();
-        flat.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+        outline.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
             let along = p[0] * cos + p[1] * sin;
             (low.min(along), high.max(along))
         })
     };
-    Some((0..STEPS).into_par_iter().map(reach).collect())
+    Some((0..STEPS).map(reach).collect())
+}
+
+/// Corners of the convex hull of points in the plane (Andrew's monotone chain), in no special order.
+fn convex_outline(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let mut outline = half_outline(points.iter());
+    outline.extend(half_outline(points.iter().rev()));
+    outline
+}
+
+/// The points at which a walk along sorted points turns left.
+fn half_outline<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> Vec<[f64; 2]> {
+    let mut chain: Vec<[f64; 2]> = Vec::new();
+    for p in points {
+        while let [.., a, b] = chain[..] {
+            if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0 {
+                break;
+            }
+            chain.pop();
+        }
+        chain.push(*p);
+    }
+    chain
 }
 
 #[cfg(test)]

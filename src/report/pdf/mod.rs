@@ -1,0 +1,62 @@
+//! `NAME.pdf`: the report for a person. The first page answers "good or not, and where"; the others hold every number.
+//!
+//! The same result gives the same bytes: no clock, no random ids, no thread count. `page` and `document` are the only files
+//! that know the PDF library.
+
+mod document;
+mod first;
+mod flags;
+mod flow;
+mod map;
+mod page;
+mod rest;
+mod signs;
+mod table;
+#[cfg(test)]
+mod tests;
+mod theme;
+
+use super::json::json;
+use super::raster::MapPicture;
+use super::words::{PROGRAM, SCHEMA, clean};
+use crate::inspect::{InspectionResult, Outcome};
+pub use map::MapScene;
+use page::{Font, Fonts, Page, set};
+use theme::{LEFT, QUIET, RIGHT, STRONG, TEXT};
+
+/// The PDF report. Without a scene it has no map, and says so.
+pub fn pdf(result: &InspectionResult, scene: Option<&MapScene<'_>>) -> Vec<u8> {
+    let fonts = Fonts::new();
+    let (pages, picture) = pages(&fonts, result, scene);
+    let id = &result.identity;
+    let title = clean(&format!("{}: {}, scan {}", first::part_word(result), id.part_name, id.scan_file));
+    document::bytes(pages, &fonts, picture, &title, json(result).as_bytes())
+}
+
+/// All pages, and the picture to which the first refers.
+fn pages<'a>(
+    fonts: &'a Fonts,
+    result: &InspectionResult,
+    scene: Option<&MapScene<'_>>,
+) -> (Vec<Page<'a>>, Option<MapPicture>) {
+    let mut first = Page::new(fonts);
+    let picture = first::draw(&mut first, result, scene);
+    let mut pages = vec![first];
+    if let Outcome::Measured(inspection) = &result.outcome {
+        pages.extend(rest::draw(fonts, result, inspection));
+    }
+    let count = pages.len();
+    for (k, page) in pages.iter_mut().enumerate() {
+        footer(page, k + 1, count);
+    }
+    (pages, picture)
+}
+
+fn footer(page: &mut Page<'_>, number: usize, count: usize) {
+    let (small, bold, y) = (set(Font::Regular, 7.1), set(Font::SemiBold, 7.4), 287.8);
+    page.rule(LEFT, RIGHT, 283.4, STRONG, 0.25);
+    page.text(LEFT, y, small, QUIET, &format!("{PROGRAM}, {SCHEMA}"));
+    let words = "All lengths in mm. Deviation is positive along the direction of the plan. U is expanded, k = 2.";
+    page.text_centre(0.5 * (LEFT + RIGHT) + 12.0, y, small, QUIET, words);
+    page.text_right(RIGHT, y, bold, TEXT, &format!("Page {number} of {count}"));
+}

@@ -1,0 +1,355 @@
+//! The pages after the first: all comparison points, features, holes, map and fit, notes.
+
+use super::flow::Flow;
+use super::map::{kind_words, paper, row_fill};
+use super::page::{Font, Fonts, Page, Paint, Type, set};
+use super::signs::sign;
+use super::table::{Align, Column, Row, put};
+use super::theme::{LEFT, QUIET, RIGHT, ROW, STROKE, STRONG, Sign, TEXT};
+use crate::inspect::{Inspection, InspectionResult, Verdict};
+use crate::report::palette::Palette;
+use crate::report::words::{capital, clean, kind, percent_of_tolerance, point_verdict, signed_mm, thousands};
+
+const HEADING: Type = set(Font::SemiBold, 10.3);
+const CELL: Type = set(Font::Regular, 7.8);
+const NUMBER: Type = set(Font::Mono, 7.6);
+const NAME: Type = set(Font::MonoBold, 7.6);
+
+/// All pages after the first.
+pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspection) -> Vec<Page<'a>> {
+    let mut flow = Flow::new(fonts, result);
+    if !inspection.points.is_empty() {
+        comparison_points(&mut flow, inspection);
+    }
+    features(&mut flow, inspection);
+    holes(&mut flow, inspection);
+    figures(&mut flow, result, inspection);
+    notes(&mut flow, inspection);
+    flow.into_pages()
+}
+
+fn signed(value: f64) -> String {
+    paper(&signed_mm(value))
+}
+
+fn dash() -> String {
+    "–".to_owned()
+}
+
+fn left(head: &'static str, x: f64, set: Type, room: f64) -> Column {
+    Column { head, align: Align::Left(x), set, room }
+}
+
+fn right(head: &'static str, x: f64, set: Type, room: f64) -> Column {
+    Column { head, align: Align::Right(x), set, room }
+}
+
+/// Width of the widest name, within limits.
+fn name_width<'n>(fonts: &Fonts, names: impl Iterator<Item = &'n str>, least: f64, most: f64) -> f64 {
+    names.map(|n| fonts.width_mm(NAME, n)).fold(least, f64::max).min(most)
+}
+
+fn comparison_points(flow: &mut Flow<'_>, inspection: &Inspection) {
+    let fonts = flow.page().fonts;
+    // Coordinates take what they need, names the rest: in smaller type before any is shortened.
+    let positions = || inspection.points.iter().flat_map(|p| p.nominal.iter().copied());
+    let number = positions().map(|v| fonts.width_mm(NUMBER, &signed(v))).fold(12.0, f64::max).min(15.0) + 1.0;
+    let room = (98.7 - 3.0 * number - 18.6 - 22.9).max(8.0);
+    let names = || inspection.points.iter().map(|p| p.name.as_str());
+    let wide = names().any(|n| fonts.width_mm(NAME, n) > room);
+    let name = if wide { set(Font::MonoBold, 6.2) } else { NAME };
+    let width = names().map(|n| fonts.width_mm(name, n)).fold(8.0, f64::max).min(room);
+    let kind_x = 20.9 + width + 2.0;
+    // What is left between kind and deviation is shared evenly.
+    let coordinate = |k: f64| kind_x + 18.6 + (98.7 - kind_x - 18.6) * k / 3.0;
+    let columns = [
+        left("Point", 20.9, name, width + 0.1),
+        left("Kind", kind_x, CELL, 19.0),
+        right("x", coordinate(1.0), NUMBER, 15.1),
+        right("y", coordinate(2.0), NUMBER, 15.1),
+        right("z", coordinate(3.0), NUMBER, 15.1),
+        right("Deviation", 112.8, NAME, 13.6),
+        right("Lower", 126.0, NUMBER, 13.0),
+        right("Upper", 139.0, NUMBER, 13.0),
+        right("U", 149.8, NUMBER, 11.0),
+        right("Of tol.", 161.2, NUMBER, 12.0),
+        right("Points", 173.0, NUMBER, 12.0),
+        left("Verdict", 176.2, CELL, RIGHT - 176.2),
+    ];
+    let row = |p: &crate::inspect::PointResult| {
+        let m = p.measurement.as_ref();
+        Row {
+            sign: Some(Sign::Verdict(p.verdict)),
+            fill: row_fill(p.verdict).is_some(),
+            cells: vec![
+                p.name.clone(),
+                kind_words(p).to_owned(),
+                signed(p.nominal.x),
+                signed(p.nominal.y),
+                signed(p.nominal.z),
+                m.map_or_else(dash, |m| signed(m.deviation_mm)),
+                signed(p.lower_mm),
+                signed(p.upper_mm),
+                m.map_or_else(dash, |m| format!("{:.3}", m.uncertainty_mm)),
+                p.tolerance_ratio().map_or_else(dash, percent_of_tolerance),
+                thousands(p.points_used),
+                point_verdict(p.verdict).to_owned(),
+            ],
+        }
+    };
+    let rows: Vec<Row> = inspection.points.iter().map(row).collect();
+    put(flow, "All comparison points", &columns, &rows);
+}
+
+fn features(flow: &mut Flow<'_>, inspection: &Inspection) {
+    let features = &inspection.alignment.features;
+    if features.is_empty() {
+        return;
+    }
+    let fonts = flow.page().fonts;
+    let width = name_width(fonts, features.iter().map(|f| f.name.as_str()), 10.0, 16.0);
+    let kind_x = LEFT + 1.2 + width + 3.0;
+    let columns = [
+        left("Feature", LEFT + 1.2, NAME, width + 0.1),
+        left("Kind", kind_x, CELL, 13.0),
+        left("Fixes", kind_x + 14.0, CELL, 73.0 - kind_x - 14.0),
+        right("x", 89.5, NUMBER, 16.0),
+        right("y", 104.0, NUMBER, 14.0),
+        right("z", 118.0, NUMBER, 14.0),
+        right("Size, measured", 144.5, NUMBER, 26.0),
+        right("Size, nominal", 171.0, NUMBER, 26.0),
+        right("Points", 183.0, NUMBER, 11.5),
+        right("rms", RIGHT - 1.2, NUMBER, 11.0),
+    ];
+    let size = |diameter: Option<f64>, length: Option<f64>| match (diameter, length) {
+        (Some(width), Some(length)) => format!("{length:.3} × {width:.3}"),
+        (Some(diameter), None) => format!("Ø {diameter:.3}"),
+        _ => dash(),
+    };
+    let row = |f: &crate::align::MeasuredFeature| Row {
+        sign: None,
+        fill: false,
+        cells: vec![
+            f.name.clone(),
+            kind(f.kind).to_owned(),
+            capital(&f.fixes),
+            signed(f.centre.x),
+            signed(f.centre.y),
+            signed(f.centre.z),
+            size(f.diameter_mm, f.length_mm),
+            size(f.nominal_diameter_mm, f.nominal_length_mm),
+            thousands(f.points_used),
+            format!("{:.3}", f.rms_mm),
+        ],
+    };
+    let rows: Vec<Row> = features.iter().map(row).collect();
+    put(flow, "Features of the alignment", &columns, &rows);
+}
+
+/// What the table of all points has no room for: position and size of holes.
+fn holes(flow: &mut Flow<'_>, inspection: &Inspection) {
+    let measured: Vec<_> = inspection
+        .points
+        .iter()
+        .filter_map(|p| p.measurement.as_ref().and_then(|m| m.hole.as_ref()).map(|h| (p, h)))
+        .collect();
+    if measured.is_empty() {
+        return;
+    }
+    let fonts = flow.page().fonts;
+    let width = name_width(fonts, measured.iter().map(|(p, _)| p.name.as_str()), 8.0, 30.0);
+    let columns = [
+        left("Point", 20.9, NAME, width + 0.1),
+        right("Centre off in x", 82.0, NUMBER, 25.0),
+        right("in y", 98.0, NUMBER, 16.0),
+        right("in z", 114.0, NUMBER, 16.0),
+        right("Position", 134.0, NUMBER, 18.0),
+        right("Diameter", 160.0, NUMBER, 22.0),
+        right("Measured − nominal", RIGHT - 1.2, NUMBER, 30.0),
+    ];
+    let rows: Vec<Row> = measured
+        .iter()
+        .map(|(p, h)| Row {
+            sign: Some(Sign::Verdict(p.verdict)),
+            fill: false,
+            cells: vec![
+                p.name.clone(),
+                signed(h.delta_mm.x),
+                signed(h.delta_mm.y),
+                signed(h.delta_mm.z),
+                format!("{:.3}", h.position_mm),
+                format!("Ø {:.3}", h.diameter_mm),
+                signed(h.diameter_deviation_mm),
+            ],
+        })
+        .collect();
+    put(flow, "Holes", &columns, &rows);
+}
+
+/// Histogram, map and fit, background: three blocks side by side.
+fn figures(flow: &mut Flow<'_>, result: &InspectionResult, inspection: &Inspection) {
+    flow.need(48.0);
+    let y = flow.y;
+    let page = flow.page();
+    histogram(page, result, inspection, y);
+    map_and_fit(page, result, inspection, y);
+    background(page, inspection, y);
+    flow.y = y + 11.0 + 8.0 * ROW;
+}
+
+/// Bars on either side of zero.
+const BARS: usize = 20;
+
+fn histogram(page: &mut Page<'_>, result: &InspectionResult, inspection: &Inspection, y: f64) {
+    let range = result.map_range_mm;
+    let (x, width, base, height) = (LEFT + 5.0, 67.0, y + 37.0, 27.0);
+    page.text(LEFT, y + 4.0, HEADING, TEXT, &format!("Map, points per {} mm", trimmed(range / BARS as f64)));
+    let mut bars = [0usize; 2 * BARS];
+    for &d in &inspection.map.deviations_mm {
+        let place = ((f64::from(d) / range + 1.0) * BARS as f64).floor();
+        if place >= 0.0 && place < (2 * BARS) as f64 {
+            bars[place as usize] += 1;
+        }
+    }
+    let most = bars.iter().copied().max().unwrap_or(0);
+    if most == 0 {
+        page.text(x, base - 10.0, CELL, QUIET, "No points");
+    }
+    let step = width / (2 * BARS) as f64;
+    for (k, &count) in bars.iter().enumerate().filter(|(_, count)| **count > 0) {
+        let tall = height * count as f64 / most as f64;
+        let value = (k as f64 + 0.5) / BARS as f64 - 1.0;
+        let paint = Paint::both(Palette::default().colour(value), STRONG, 0.12);
+        page.rect(x + step * k as f64, base - tall, step, tall, &paint);
+    }
+    page.rule(x, x + width, base, STRONG, 0.3);
+    for k in 0..=4 {
+        let (at, value) = (x + width * f64::from(k) / 4.0, range * (f64::from(k) / 2.0 - 1.0));
+        page.rule(at, at + 0.2, base + 0.6, STRONG, 1.0);
+        page.text_centre(at, base + 4.4, set(Font::Mono, 7.2), TEXT, &signed(value));
+    }
+}
+
+/// A number without zeros at its end.
+fn trimmed(value: f64) -> String {
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn map_and_fit(page: &mut Page<'_>, result: &InspectionResult, inspection: &Inspection, y: f64) {
+    let s = &inspection.map.statistics;
+    let fit = &inspection.best_fit;
+    let some = |text: String| if s.points > 0 { text } else { dash() };
+    let margin = if fit.margin.is_finite() { format!("{:.1}", fit.margin) } else { "no second pose".to_owned() };
+    let rows = [
+        ("Mean".to_owned(), some(signed(s.mean_mm))),
+        ("rms".to_owned(), some(format!("{:.3}", s.rms_mm))),
+        ("5 % and 95 %".to_owned(), some(format!("{} and {}", signed(s.p05_mm), signed(s.p95_mm)))),
+        (format!("Within ±{:.3}", result.map_range_mm), some(format!("{:.1} %", 100.0 * s.within_range_ratio))),
+        ("Past an edge, too far".to_owned(), format!("{}, {}", thousands(s.past_edge), thousands(s.far))),
+        ("Best fit rms".to_owned(), format!("{:.3}", fit.rms_mm)),
+        ("Inliers of scan points".to_owned(), format!("{:.1} %", 100.0 * fit.inlier_ratio)),
+        ("Margin to the second pose".to_owned(), format!("{margin}, limit {:.1}", fit.margin_limit)),
+    ];
+    pairs(page, "Map and fit", 95.2, 158.2, y, &rows);
+}
+
+fn background(page: &mut Page<'_>, inspection: &Inspection, y: f64) {
+    let r = &inspection.removed;
+    let rows = [
+        ("Points read", inspection.points_read),
+        ("Invalid", r.invalid),
+        ("Belt", r.belt),
+        ("Colour", r.colour),
+        ("Dark", r.dark),
+        ("Stray", r.stray),
+        ("Points kept", inspection.points_kept),
+    ]
+    .map(|(name, count)| (name.to_owned(), thousands(count)));
+    pairs(page, "Background", 162.8, RIGHT, y, &rows);
+}
+
+/// A small table of names and values.
+fn pairs(page: &mut Page<'_>, title: &str, x0: f64, x1: f64, y: f64, rows: &[(String, String)]) {
+    page.text(x0, y + 4.0, HEADING, TEXT, title);
+    for (k, (name, value)) in rows.iter().enumerate() {
+        let bottom = y + 6.2 + ROW * (k + 1) as f64;
+        page.text(x0 + 1.2, bottom - 1.7, CELL, TEXT, name);
+        page.text_right(x1 - 1.2, bottom - 1.7, NUMBER, TEXT, value);
+        page.rule(x0, x1, bottom, STROKE, 0.15);
+    }
+}
+
+/// What somebody should read: why the alignment is degraded, why points have no verdict, warnings.
+fn notes(flow: &mut Flow<'_>, inspection: &Inspection) {
+    if let Some(reason) = &inspection.alignment.reason {
+        let text = format!("{reason}. Nothing is judged in the best fit; the map is for orientation only.");
+        note(flow, Some(Sign::Verdict(Verdict::NotMeasured)), "The alignment of the plan was not possible.", &text);
+    }
+    for (verdict, said) in [(Verdict::NotMeasured, "not measured"), (Verdict::Undecided, "undecided")] {
+        for (reason, names) in by_reason(inspection, verdict) {
+            let were = if names.len() == 1 { "was" } else { "were" };
+            let more = match verdict {
+                Verdict::NotMeasured => " A point that is not measured never counts as in tolerance.",
+                _ => "",
+            };
+            let text = format!("{}.{more}", reason.trim_end_matches('.'));
+            note(flow, Some(Sign::Verdict(verdict)), &format!("{} {were} {said}.", listed(&names)), &text);
+        }
+    }
+    for warning in &inspection.warnings {
+        note(flow, None, "Warning.", warning);
+    }
+}
+
+/// Points of a verdict with a reason, gathered by reason, in the plan's order.
+fn by_reason(inspection: &Inspection, verdict: Verdict) -> Vec<(String, Vec<String>)> {
+    let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
+    for p in inspection.points.iter().filter(|p| p.verdict == verdict) {
+        let Some(reason) = &p.reason else { continue };
+        let (reason, name) = (clean(reason), clean(&p.name));
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, names)) => names.push(name),
+            None => reasons.push((reason, vec![name])),
+        }
+    }
+    reasons
+}
+
+/// "P1", "P1 and P2", "P1, P2 and P3"; long lists end with how many more there are.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 12;
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        many if many.len() > SHOWN + 1 => format!("{} and {} more", many[..SHOWN].join(", "), many.len() - SHOWN),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A framed text: a bold opening, then the rest, wrapped; with a sign before it.
+fn note(flow: &mut Flow<'_>, of: Option<Sign>, opening: &str, text: &str) {
+    let text = &capital(text);
+    let (bold, plain) = (set(Font::SemiBold, 8.8), set(Font::Regular, 8.8));
+    let x = if of.is_some() { LEFT + 10.4 } else { LEFT + 4.0 };
+    let room = RIGHT - x - 4.0;
+    let fonts = flow.page().fonts;
+    let opening_lines = fonts.wrapped(bold, &fonts.printable(bold.font, opening), room);
+    let mut lines = fonts.wrapped(plain, &fonts.printable(plain.font, text), room);
+    // Forty lines fill most of a page: more of one reason tells nobody more.
+    lines.truncate(40);
+    let height = 4.4 * (opening_lines.len() + lines.len()) as f64 + 4.6;
+    flow.need(height + 2.0);
+    let y = flow.y;
+    let page = flow.page();
+    page.round_rect(LEFT, y, RIGHT - LEFT, height, 1.2, &Paint::stroke(STRONG, 0.25));
+    if let Some(of) = of {
+        sign(page, of, LEFT + 5.4, y + 5.0, 2.1);
+    }
+    let mut baseline = y + 5.4;
+    for (set, line) in opening_lines.iter().map(|l| (bold, l)).chain(lines.iter().map(|l| (plain, l))) {
+        page.text(x, baseline, set, TEXT, line);
+        baseline += 4.4;
+    }
+    flow.y = y + height + 2.6;
+}
