@@ -4,13 +4,14 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::frame::{FeatureFrame, Uvw, seen_place};
+use super::frame::{FeatureFrame, Uvw, seen_place, sheet_gate_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::{Rim, rims_near};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
-    Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, fit_soft_edge, refine_soft_edge,
+    Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
+    refine_soft_edge,
 };
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
@@ -59,8 +60,17 @@ pub fn edge(
     let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth);
     let radius = half.hypot(inner) + 0.5;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
-    let (sheet, layer) = sheet_in_strip(&patch, &gathered, &strip, search_mm, frame.outward)?;
-    let rough = steepest_step(&sheet, &strip, search_mm, h)?;
+    let points = in_strip(&patch, &gathered, &strip);
+    if points.len() < NEEDED {
+        return Err(NotFound::too_few(points.len(), NEEDED));
+    }
+    let layer = layer_inside(&points, &strip, search_mm, frame.outward)?;
+    let wide = (3.5 * layer.sigma_mm).max(0.15);
+    let rough = steepest_step(&in_layer(&points, &layer, frame.outward, [wide, wide]), &strip, search_mm, h)?;
+    // The sheet beside the edge as found decides on which points belong to it.
+    let layer = layer_beside(&points, &layer, rough - (8.0 * h).max(1.5), rough - 0.2).unwrap_or(layer);
+    let gate = sheet_gate_mm(local, &frame, layer.sigma_mm);
+    let sheet = in_layer(&points, &layer, frame.outward, gate);
     let fit = final_fit(&sheet, &strip, rough, h)?;
     check(&fit, &sheet, search_mm)?;
     let spacing = fit.density_per_mm2.sqrt().recip();
@@ -219,47 +229,59 @@ fn keep_clear(strip: &mut Strip, p: &[f64; 2]) {
     }
 }
 
-/// Straightened (u, v) of the points in the sheet of the strip, and the sheet's layer.
-fn sheet_in_strip(
-    patch: &CadPatch,
-    gathered: &[Uvw],
-    strip: &Strip,
-    search_mm: f64,
-    outward: f64,
-) -> Result<(Vec<[f64; 2]>, Layer), NotFound> {
-    let mut straight: Vec<[f64; 3]> = Vec::with_capacity(gathered.len());
-    let mut original = Vec::with_capacity(gathered.len());
+/// A point of the strip: its place, its height above the CAD, and v straightened.
+struct StripPoint {
+    place: [f64; 3],
+    straight_v: f64,
+}
+
+fn in_strip(patch: &CadPatch, gathered: &[Uvw], strip: &Strip) -> Vec<StripPoint> {
+    let mut points = Vec::with_capacity(gathered.len());
     for p in gathered {
-        let v = p[1] - strip.edge_at(p[0]);
-        if (strip.along[0]..=strip.along[1]).contains(&p[0]) && (-strip.inner..=strip.outer).contains(&v) {
-            let e = patch.residual(p);
-            if e.is_finite() {
-                straight.push([p[0], v, e]);
-                original.push([p[0], p[1], e]);
+        let straight_v = p[1] - strip.edge_at(p[0]);
+        if (strip.along[0]..=strip.along[1]).contains(&p[0]) && (-strip.inner..=strip.outer).contains(&straight_v) {
+            let place = [p[0], p[1], patch.residual(p)];
+            if place[2].is_finite() {
+                points.push(StripPoint { place, straight_v });
             }
         }
     }
-    if straight.len() < NEEDED {
-        return Err(NotFound::too_few(straight.len(), NEEDED));
-    }
-    // The sheet's plane from where there is material for certain, or at least on the nominal's material side.
-    let of_sheet = |limit: f64| -> Vec<[f64; 3]> {
-        let inside = straight.iter().zip(&original).filter(|(s, _)| s[1] < limit && s[2].abs() <= search_mm);
-        inside.map(|(_, o)| *o).collect()
+    points
+}
+
+/// The sheet's layer from where there is material for certain, or at least on the nominal's material side.
+fn layer_inside(points: &[StripPoint], strip: &Strip, search_mm: f64, outward: f64) -> Result<Layer, NotFound> {
+    let below = |limit: f64| -> Vec<[f64; 3]> {
+        let inside = points.iter().filter(|p| p.straight_v < limit && p.place[2].abs() <= search_mm);
+        inside.map(|p| p.place).collect()
     };
-    let certain = of_sheet(-search_mm.min(0.6 * strip.inner));
-    let sheet = if certain.len() >= 2 * NEEDED { certain } else { of_sheet(0.0) };
-    let scattered =
-        || NotFound::new(format!("no sheet within ±{search_mm:.1} mm of its place at this edge"), sheet.len());
+    let certain = below(-search_mm.min(0.6 * strip.inner));
+    let sheet = if certain.len() >= 2 * NEEDED { certain } else { below(0.0) };
     if sheet.len() < NEEDED / 2 {
         return Err(NotFound::too_few(sheet.len(), NEEDED / 2));
     }
     let heights: Vec<f64> = sheet.iter().map(|p| p[2]).collect();
-    let start = most_frequent_height(&heights, outward).ok_or_else(scattered)?;
-    let layer = fit_layer(&sheet, start, NEEDED / 2).ok_or_else(scattered)?;
-    let gate = (3.5 * layer.sigma_mm).max(0.15);
-    let kept = straight.iter().zip(&original).filter(|(_, o)| (o[2] - height(&layer.plane, o[0], o[1])).abs() < gate);
-    Ok((kept.map(|(s, _)| [s[0], s[1]]).collect(), layer))
+    let layer = most_frequent_height(&heights, outward).and_then(|start| fit_layer(&sheet, start, NEEDED / 2));
+    let scattered =
+        || NotFound::new(format!("no sheet within ±{search_mm:.1} mm of its place at this edge"), sheet.len());
+    layer.ok_or_else(scattered)
+}
+
+/// The layer of the strip between two straightened v, near a layer known already.
+fn layer_beside(points: &[StripPoint], near: &Layer, from: f64, to: f64) -> Option<Layer> {
+    let beside = points.iter().filter(|p| (from..to).contains(&p.straight_v)).map(|p| p.place);
+    // A plane that is off by more than this at the edge would be no help.
+    let beside: Vec<[f64; 3]> =
+        beside.filter(|p| (p[2] - height(&near.plane, p[0], p[1])).abs() < (8.0 * near.sigma_mm).max(0.5)).collect();
+    let middle = beside.iter().map(|p| p[2]).sum::<f64>() / beside.len().max(1) as f64;
+    fit_layer(&beside, middle, NEEDED)
+}
+
+/// Straightened (u, v) of the points within a gate about the layer.
+fn in_layer(points: &[StripPoint], layer: &Layer, outward: f64, [below, above]: [f64; 2]) -> Vec<[f64; 2]> {
+    let out = |p: &[f64; 3]| (p[2] - height(&layer.plane, p[0], p[1])) * outward;
+    let kept = points.iter().filter(|p| (-below..above).contains(&out(&p.place)));
+    kept.map(|p| [p.place[0], p.straight_v]).collect()
 }
 
 /// Where the density drops most, by the likelihood of a hard step: `n_in ln(n_in / A_in) + n_out ln(n_out / A_out)`.
@@ -297,8 +319,9 @@ fn steepest_step(sheet: &[[f64; 2]], strip: &Strip, search_mm: f64, spacing_mm: 
 fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> Result<SoftEdgeFit<Edge>, NotFound> {
     let mut offset = rough;
     let mut slope = 0.0;
-    let mut result = None;
-    for fixed_tau in [Some(0.7 * spacing_mm), None] {
+    let mut local_spacing_mm = spacing_mm;
+    let mut result: Option<SoftEdgeFit<Edge>> = None;
+    for wide in [true, false] {
         // Window coordinates: v from the offset, so that a density gradient is told about the edge.
         let low = (-strip.inner - offset).max(-(8.0 * spacing_mm).max(1.5));
         let high = (strip.outer - offset).min((4.0 * spacing_mm).max(0.8));
@@ -309,9 +332,10 @@ fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> 
         }
         let window = Window::rectangle([strip.along[0], low], [strip.along[1], high]);
         let start = Edge { offset: 0.0, slope, along: strip.along, outer_mm: high };
-        let settings = SoftEdgeSettings { fixed_tau_mm: fixed_tau, ..SoftEdgeSettings::new(spacing_mm) };
-        let fit = if fixed_tau.is_some() {
-            refine_soft_edge(&points, window, &start, &settings)
+        let mut settings = SoftEdgeSettings::new(local_spacing_mm);
+        settings.clutter = clutter_share(&points, &start, &window, local_spacing_mm);
+        let fit = if wide {
+            refine_soft_edge(&points, window, &start, &settings.with_tau(0.7 * local_spacing_mm))
         } else {
             fit_soft_edge(&points, window, &start, &settings)
         };
@@ -323,6 +347,8 @@ fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> 
         fit.outline.outer_mm += offset;
         offset = fit.outline.offset;
         slope = fit.outline.slope;
+        // The sheet leans, or its gate is narrow: its points are further apart than the scan's typical ones.
+        local_spacing_mm = fit.density_per_mm2.sqrt().recip();
         result = Some(fit);
     }
     result.ok_or_else(|| NotFound::new("the search for the edge did not start", sheet.len()))

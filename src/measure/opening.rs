@@ -1,13 +1,14 @@
 //! What holes and slots share: points of the surrounding sheet, search, window, soft-edge fit, coverage.
 
-use super::frame::{FeatureFrame, Uvw};
+use super::frame::{FeatureFrame, Uvw, sheet_gate_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::rims_near;
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::fit::soft_edge::{
-    Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, fit_soft_edge, refine_soft_edge,
+    Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
+    refine_soft_edge,
 };
 
 /// An outline that encloses a void: what the search needs to know of it.
@@ -81,7 +82,7 @@ pub fn measure_opening<O: Opening>(
     let depth = search_mm + 2.0 + 0.3 * reach;
     let patch = CadPatch::sample(local, frame, &sample_places(nominal, margin_mm(h)), depth + reach);
     let gathered = frame.gather(local, [0.0, 0.0], reach + search_mm, depth);
-    let (sheet, layer) = sheet_around(&patch, &gathered, nominal, search_mm, frame.outward, margin_mm(h))?;
+    let (sheet, layer) = sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;
     let obstacles = obstacles(local, frame, nominal, reach + search_mm + 2.0);
     let fit = final_fit(&sheet, &rough, &obstacles, h)?;
@@ -104,13 +105,14 @@ fn sample_places<O: Opening>(nominal: &O, margin: f64) -> Vec<[f64; 2]> {
 
 /// (u, v) of the points that lie in the sheet around the opening, and that sheet's layer.
 fn sheet_around<O: Opening>(
+    local: &Local,
+    frame: &FeatureFrame,
     patch: &CadPatch,
     gathered: &[Uvw],
     nominal: &O,
     search_mm: f64,
-    outward: f64,
-    margin: f64,
 ) -> Result<(Vec<[f64; 2]>, Layer), NotFound> {
+    let margin = margin_mm(local.scan.spacing_mm);
     const NEEDED: usize = 40;
     if gathered.len() < NEEDED {
         return Err(NotFound::too_few(gathered.len(), NEEDED));
@@ -130,10 +132,11 @@ fn sheet_around<O: Opening>(
         return Err(NotFound::too_few(ring.len(), NEEDED));
     }
     let ring_heights: Vec<f64> = ring.iter().map(|p| p[2]).collect();
-    let start = most_frequent_height(&ring_heights, outward).ok_or_else(scattered)?;
+    let start = most_frequent_height(&ring_heights, frame.outward).ok_or_else(scattered)?;
     let layer = fit_layer(&ring, start, NEEDED / 2).ok_or_else(scattered)?;
-    let gate = (3.5 * layer.sigma_mm).max(0.15);
-    let in_sheet = heights.iter().filter(|p| (p[2] - height(&layer.plane, p[0], p[1])).abs() < gate);
+    let [below, above] = sheet_gate_mm(local, frame, layer.sigma_mm);
+    let out = |p: &[f64; 3]| (p[2] - height(&layer.plane, p[0], p[1])) * frame.outward;
+    let in_sheet = heights.iter().filter(|p| (-below..above).contains(&out(p)));
     Ok((in_sheet.map(|p| [p[0], p[1]]).collect(), layer))
 }
 
@@ -248,14 +251,16 @@ fn final_fit<O: Opening>(
         SoftEdgeError::NoEdge => NotFound::new(format!("the points show no {} here", O::WORD), points),
     };
     let mut start = rough.clone();
-    let mut result = None;
+    let mut local_spacing_mm = spacing_mm;
+    let mut result: Option<SoftEdgeFit<O>> = None;
     for _ in 0..2 {
         let centre = start.centre();
         let (points, window) = window_points(sheet, &start, obstacles, spacing_mm);
-        let mut settings = SoftEdgeSettings::new(spacing_mm);
+        let mut settings = SoftEdgeSettings::new(local_spacing_mm);
+        settings.clutter = clutter_share(&points, &start.centred_at([0.0, 0.0]), &window, local_spacing_mm);
         if result.is_none() {
             // All of the shape, with a blur that still sees a few spacings far.
-            settings = settings.with_tau(0.7 * spacing_mm);
+            settings = settings.with_tau(0.7 * local_spacing_mm);
         }
         let origin = start.centred_at([0.0, 0.0]);
         let fit = if settings.fixed_tau_mm.is_some() {
@@ -267,6 +272,8 @@ fn final_fit<O: Opening>(
         let [u, v] = fit.outline.centre();
         fit.outline = fit.outline.centred_at([centre[0] + u, centre[1] + v]);
         start = fit.outline.clone();
+        // The sheet leans, or its gate is narrow: its points are further apart than the scan's typical ones.
+        local_spacing_mm = fit.density_per_mm2.sqrt().recip();
         result = Some(fit);
     }
     result.ok_or_else(|| NotFound::new("the search for the outline did not start", sheet.len()))
@@ -287,7 +294,6 @@ fn window_points<O: Opening>(
     for cut in &cuts {
         corners = clipped(&corners, cut);
     }
-    let mut unused = [0.0; MAX_SHAPE];
     let inside =
         |p: &[f64; 2]| cuts.iter().all(|c| c.keeps(p)) && centred.signed_mm(*p, &mut [0.0; MAX_SHAPE]) < margin;
     let points = sheet.iter().map(|p| [p[0] - cu, p[1] - cv]).filter(inside).collect();

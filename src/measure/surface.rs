@@ -65,10 +65,10 @@ pub fn surface(
     measure_in(&frame, &patch, &points, radius)
 }
 
-/// Six spacings or 1.5 mm, but at most half-way to the next trimmed edge, unless that leaves too few points.
+/// Six spacings or 2 mm, but at most half-way to the next trimmed edge, unless that leaves too few points.
 fn window_radius(local: &Local, seen: &Point3) -> f64 {
     let h = local.scan.spacing_mm;
-    let wanted = (6.0 * h).max(1.5);
+    let wanted = (6.0 * h).max(2.0);
     wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(3.6 * h)
 }
 

@@ -93,7 +93,7 @@ pub fn fit_soft_edge<O: Outline>(
     let mut settings = *settings;
     let mut fit = refine_soft_edge(points, window, start, &settings)?;
     for _ in 0..3 {
-        let clutter = clutter_share(points, &fit, settings.spacing_mm);
+        let clutter = clutter_share(points, &fit.outline, &window, settings.spacing_mm);
         if (clutter - settings.clutter).abs() < 0.1 * settings.clutter {
             break;
         }
@@ -103,21 +103,24 @@ pub fn fit_soft_edge<O: Outline>(
     Ok(fit)
 }
 
-/// Points deep in the void over those expected were it material; a prior of 0.5 % on twenty expected points steadies it.
-fn clutter_share<O: Outline>(points: &[[f64; 2]], fit: &SoftEdgeFit<O>, spacing_mm: f64) -> f64 {
-    const PRIOR: (f64, f64) = (0.005, 20.0);
-    let depth = (2.5 * spacing_mm).max(3.0 * fit.tau_mm);
-    let mut shrink = [0.0; MAX_SHAPE];
-    // The void's area at a depth follows from moving the outline by its size parameter (the last for closed shapes).
-    shrink[O::DEPTH.0] = -depth * O::DEPTH.1;
-    let inner = fit.outline.moved(&shrink[..O::SHAPE]);
-    if !inner.is_sound() {
+/// Share of clutter: points deep in the void over those expected there were it material, with a prior of 0.5 % on eight
+/// expected points to steady it. The window's density is taken from the points outside the outline.
+pub fn clutter_share<O: Outline>(points: &[[f64; 2]], outline: &O, window: &Window, spacing_mm: f64) -> f64 {
+    const PRIOR: (f64, f64) = (0.005, 8.0);
+    // The void at a depth follows from moving the outline by the parameter that moves it along its normal.
+    let mut step = [0.0; MAX_SHAPE];
+    step[O::DEPTH.0] = -1.5 * spacing_mm * O::DEPTH.1;
+    let inner = outline.moved(&step[..O::SHAPE]);
+    let material = window.moments[0] - outline.void(0.0).0[0];
+    if !inner.is_sound() || material <= 0.0 {
         return PRIOR.0;
     }
-    let expected = (inner.void(0.0).0[0] * fit.density_per_mm2).max(0.0);
     let mut unused = [0.0; MAX_SHAPE];
-    let found = points.iter().filter(|p| inner.signed_mm(**p, &mut unused) < 0.0).count() as f64;
-    ((found + PRIOR.0 * PRIOR.1) / (expected + PRIOR.1)).clamp(0.001, 0.5)
+    let count = |o: &O, unused: &mut [f64; MAX_SHAPE]| points.iter().filter(|p| o.signed_mm(**p, unused) < 0.0).count();
+    let (deep, inside) = (count(&inner, &mut unused), count(outline, &mut unused));
+    let density = (points.len() - inside) as f64 / material;
+    let expected = (inner.void(0.0).0[0] * density).max(0.0);
+    ((deep as f64 + PRIOR.0 * PRIOR.1) / (expected + PRIOR.1)).clamp(0.001, 0.5)
 }
 
 /// Fits an outline with the clutter as given.

@@ -19,7 +19,9 @@ mod likelihood;
 pub mod normal;
 pub mod outline;
 
-pub use fit::{SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, covered_share, fit_soft_edge, refine_soft_edge};
+pub use fit::{
+    SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, clutter_share, covered_share, fit_soft_edge, refine_soft_edge,
+};
 pub use outline::{Circle, Edge, Outline, Slot};
 
 #[cfg(test)]
