@@ -1,12 +1,12 @@
 //! The results folder: every file whole, its manifest and its table of scans up to date after each part.
 
 use crate::diagnostic::Diagnostic;
-use crate::inspect::Inspected;
+use crate::inspect::{Inspected, Outcome};
 use crate::part::Part;
 use crate::plan::OutputFormat;
 use crate::report::manifest::{self, Manifest};
 use crate::report::sequence::{self, SequenceTable};
-use crate::report::{self, atomic};
+use crate::report::{self, MapScene, atomic};
 use std::path::{Path, PathBuf};
 
 /// A folder that takes results. What stood in it from earlier runs stays and stays listed.
@@ -102,6 +102,13 @@ fn print(format: OutputFormat, inspected: &Inspected, part: &Part) -> Option<Vec
         OutputFormat::Json => Some(report::json(result).into_bytes()),
         OutputFormat::Ascii => Some(report::ascii(result).into_bytes()),
         OutputFormat::Csv => Some(report::csv(result).into_bytes()),
-        OutputFormat::Ply | OutputFormat::Pdf => None,
+        OutputFormat::Ply => {
+            let measured = matches!(result.outcome, Outcome::Measured(_));
+            inspected.scan.as_ref().filter(|_| measured).map(|scan| report::ply(result, scan))
+        }
+        OutputFormat::Pdf => {
+            let scene = inspected.scan.as_ref().map(|scan| MapScene { part, scan });
+            Some(report::pdf(result, scene.as_ref()))
+        }
     }
 }

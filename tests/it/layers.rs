@@ -138,6 +138,7 @@ fn only_the_window_names_window_crates() {
 
 #[test]
 fn braces_and_plain_paths_are_both_seen() {
-    let code = "use crate::{fit::{self, a}, io::read, run::Stage};\nuse crate::geometry::Point3; let x = crate::align::f();";
+    let code =
+        "use crate::{fit::{self, a}, io::read, run::Stage};\nuse crate::geometry::Point3; let x = crate::align::f();";
     assert_eq!(imported_rooms(code), ["fit", "io", "run", "geometry", "align"]);
 }
