@@ -102,10 +102,10 @@ fn print(format: OutputFormat, inspected: &Inspected, part: &Part) -> Option<Vec
         OutputFormat::Json => Some(report::json(result).into_bytes()),
         OutputFormat::Ascii => Some(report::ascii(result).into_bytes()),
         OutputFormat::Csv => Some(report::csv(result).into_bytes()),
-        OutputFormat::Ply => {
-            let measured = matches!(result.outcome, Outcome::Measured(_));
-            inspected.scan.as_ref().filter(|_| measured).map(|scan| report::ply(result, scan))
-        }
+        OutputFormat::Ply => match &result.outcome {
+            Outcome::Measured(_) => Some(report::ply(result, inspected.scan.as_ref()?)),
+            Outcome::Refused(_) => None,
+        },
         OutputFormat::Pdf => {
             let scene = inspected.scan.as_ref().map(|scan| MapScene { part, scan });
             Some(report::pdf(result, scene.as_ref()))
