@@ -133,7 +133,8 @@ impl RigModel {
             let level = 2f64.powi(rig.resolution_level.saturating_sub(1).min(8) as i32);
             let pixel = rig.distance_mm / rig.focal_mm * rig.pixel_um * 1e-3 * level;
             let pixels = pixel / PAPER_PIXEL_MM;
-            model.density_per_mm2 /= pixels * pixels;
+            let density = model.density_per_mm2 / (pixels * pixels);
+            model = model.with_density(density);
             model.correlation_length_mm *= pixels;
             model.noise_plane_mm = rig.image_accuracy_px * pixel;
             model.noise_depth_mm = model.noise_plane_mm * rig.distance_mm / rig.base_mm;
@@ -146,10 +147,12 @@ impl RigModel {
         model
     }
 
-    /// The same rig with another density.
+    /// The same rig with another density; the clutter in holes keeps its proportion, down to one point.
     #[must_use]
     pub fn with_density(self, density_per_mm2: f64) -> Self {
-        Self { density_per_mm2, ..self }
+        let clutter = self.clutter_per_hole as f64 * density_per_mm2 / self.density_per_mm2;
+        let clutter_per_hole = if self.clutter_per_hole == 0 { 0 } else { clutter.round().max(1.0) as usize };
+        Self { density_per_mm2, clutter_per_hole, ..self }
     }
 
     /// Side of a ground pixel, so that the asked density remains after dropout.

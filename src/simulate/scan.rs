@@ -24,10 +24,10 @@ use rayon::prelude::*;
 const CHUNK_ROWS: usize = 16;
 /// Where the flash stands, belt frame, for rigs of 600 mm height; it scales with the height.
 const FLASH: [f64; 3] = [-450.0, 300.0, 650.0];
-/// Light that reaches places the flash does not.
-const SHADOW_LIGHT: f64 = 0.22;
-/// Noise grows by this in the shadow.
-const SHADOW_NOISE: f64 = 3.0;
+/// Where the flash does not reach: share of the light, and by how much the noise grows. The rig's white walls light the part
+/// from all sides, but hardly the belt under its holes and edges.
+const SHADOW_ON_PART: (f64, f64) = (0.55, 1.25);
+const SHADOW_ON_BELT: (f64, f64) = (0.22, 3.0);
 
 /// What a simulated point really is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -224,7 +224,7 @@ impl<'a> Scene<'a> {
         if lost || self.blots.iter().any(|b| (b - q).norm_squared() < self.rig.missing_radius_mm.powi(2)) {
             return None;
         }
-        let (place, normal, label) = self.surface(q)?;
+        let (place, normal, label, rounded_off) = self.surface(q)?;
         if !self.is_measured(&place, &normal, label) {
             return None;
         }
@@ -236,15 +236,21 @@ impl<'a> Scene<'a> {
         };
         let plane = self.rig.noise_plane_mm;
         let noise = Vector3::new(nx * plane, ny * plane, depth * self.rig.noise_depth_mm);
-        let noise = if lit { noise } else { noise * SHADOW_NOISE };
-        let colour = self.colour(q, &normal, label, lit, tint);
+        let (light, noisier) = match label {
+            _ if lit => (1.0, 1.0),
+            Label::Part => SHADOW_ON_PART,
+            _ => SHADOW_ON_BELT,
+        };
+        let noise = noise * noisier;
+        let colour = self.colour(q, &normal, label, light, tint);
         let (off, label) = if outlier { (outlier_depth, Label::Outlier) } else { (0.0, label) };
-        Some(Sample { place: place + noise + Vector3::z() * off, colour, label })
+        Some(Sample { place: place - normal * rounded_off + noise + Vector3::z() * off, colour, label })
     }
 
-    /// What the ray down on `q` meets: place and normal in the belt frame; `None` on a cut face that is not seen.
-    fn surface(&self, q: &Uv) -> Option<(Point3, Vector3, Label)> {
-        let belt = Some((Point3::new(q.x, q.y, 0.0), Vector3::z(), Label::Belt));
+    /// What the ray down on `q` meets: place and normal in the belt frame, and how far the rounded rim lies below that place
+    /// (mm; it is as visible as the sharp one); `None` on a cut face that is not seen.
+    fn surface(&self, q: &Uv) -> Option<(Point3, Vector3, Label, f64)> {
+        let belt = Some((Point3::new(q.x, q.y, 0.0), Vector3::z(), Label::Belt, 0.0));
         let (low, high) = self.footprint;
         if q.x < low.x || q.y < low.y || q.x > high.x || q.y > high.y {
             return belt;
@@ -259,11 +265,8 @@ impl<'a> Scene<'a> {
             return None;
         }
         let Some(normal) = self.subject.solid.normal(triangle) else { return belt };
-        let place = match self.rims.rounded(triangle, &place) {
-            Some(drop) => place - normal.into_inner() * drop,
-            None => place,
-        };
-        Some((self.belt_from_cad * place, self.belt_from_cad * normal.into_inner(), Label::Part))
+        let rounded_off = self.rims.rounded(triangle, &place).unwrap_or(0.0);
+        Some((self.belt_from_cad * place, self.belt_from_cad * normal.into_inner(), Label::Part, rounded_off))
     }
 
     /// Whether both cameras of a bar see the place.
@@ -295,11 +298,10 @@ impl<'a> Scene<'a> {
         self.caster.is_blocked(&(self.cad_from_belt * place), &(self.cad_from_belt * towards), from, t)
     }
 
-    fn colour(&self, q: &Uv, normal: &Vector3, label: Label, lit: bool, tint: f64) -> [u8; 3] {
+    fn colour(&self, q: &Uv, normal: &Vector3, label: Label, light: f64, tint: f64) -> [u8; 3] {
         let worn = label == Label::Belt && self.wear.at(q) > self.wear_limit;
         let base = if label == Label::Belt && !worn { self.rig.belt_colour } else { self.rig.part_colour };
         let shade = if label == Label::Belt { 1.0 } else { 0.75 + 0.25 * normal.z.abs() };
-        let light = if lit { 1.0 } else { SHADOW_LIGHT };
         let grain = 5.0 * self.texture.at(q) + 3.0 * tint;
         base.map(|c| ((f64::from(c) * shade + grain) * light).round().clamp(0.0, 255.0) as u8)
     }
@@ -313,7 +315,7 @@ impl<'a> Scene<'a> {
                 let (a, b, depth) = (signed(rng), signed(rng), 0.3 * signed(rng));
                 let Some(place) = in_opening(geometry, a, b, depth) else { continue };
                 let place = self.belt_from_cad * self.subject.displaced(&place);
-                let colour = self.colour(&place.xy(), &Vector3::z(), Label::Clutter, false, 0.0);
+                let colour = self.colour(&place.xy(), &Vector3::z(), Label::Clutter, SHADOW_ON_PART.0, 0.0);
                 samples.push(Sample { place, colour, label: Label::Clutter });
             }
         }
@@ -485,6 +487,24 @@ mod tests {
         let share = sum / f64::from(pairs) / 0.0144;
         // About 10 000 pairs of product variance near 1: +-0.02; distances 0.2 to 0.4 mm give 0.15 to 0.18.
         assert!((0.10..0.23).contains(&share), "{share} of {pairs} pairs");
+    }
+
+    #[test]
+    fn rounded_rims_sink_but_keep_their_points() {
+        let sharp = RigModel::perfect(4.0);
+        let round = RigModel { rim_rounding_mm: 0.5, ..sharp.clone() };
+        let (sharp, round) = (scan(&sharp, Side::Top, 8).1, scan(&round, Side::Top, 8).1);
+        assert_eq!(sharp.labels, round.labels);
+        let moved: Vec<f64> = sharp
+            .cloud
+            .positions
+            .iter()
+            .zip(&round.cloud.positions)
+            .map(|(a, b)| (a - b).norm())
+            .filter(|d| *d > 0.0)
+            .collect();
+        let deepest = moved.iter().copied().fold(0.0, f64::max);
+        assert!(moved.len() > 1000 && deepest > 0.3 && deepest <= 0.5, "{} {deepest}", moved.len());
     }
 
     #[test]

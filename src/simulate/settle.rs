@@ -172,7 +172,7 @@ mod tests {
                 assert!(touching.len() >= 3, "{}: {} contacts", part.name, touching.len());
                 // The weight is carried: it lies within the contacts' reach in every level direction.
                 for k in 0..16 {
-                    let turn = UnitQuaternion::from_axis_angle(&rest, 0.3927 * k as f64);
+                    let turn = UnitQuaternion::from_axis_angle(&rest, std::f64::consts::FRAC_PI_8 * k as f64);
                     let level = turn * rest.cross(&Vector3::new(0.31, 0.72, 0.62)).normalize();
                     let reach = touching.iter().map(|v| v.coords.dot(&level)).fold(f64::NEG_INFINITY, f64::max);
                     assert!(reach > centre.coords.dot(&level) - 1e-3, "{} from {up:?}", part.name);
