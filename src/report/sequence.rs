@@ -156,17 +156,24 @@ mod tests {
 
     #[test]
     fn golden_rows() {
+        let id = example::bracket().identity;
+        let hashes = format!("{},{}", id.plan_sha256, id.cad_sha256);
+        let scan = id.scan_sha256.unwrap();
         assert_eq!(
             row(&example::bracket()),
-            "0017.ply,,measured,fail,top,1313042,0.112000,4.200000,6,2,2,1,E03,-0.958000,1.368571,"
+            format!(
+                "0017.ply,,measured,fail,top,1313042,0.112000,4.200000,6,2,2,1,E03,-0.958000,1.368571,,{scan},{hashes}"
+            )
         );
+        // The refused scan of the example could not even be read: it has no hash.
         assert_eq!(
             row(&example::refused()),
-            "0017.ply,,refused,,,,,,,,,,,,,\"the scan is cut off after 1,204,331 of 2,000,000 points\""
+            format!(
+                "0017.ply,,refused,,,,,,,,,,,,,\"the scan is cut off after 1,204,331 of 2,000,000 points\",,{hashes}"
+            )
         );
-        assert!(
-            row(&example::degraded()).ends_with("P01,,,\"datum S1 not measured: 9 points on the rim, 40 are needed\"")
-        );
+        let reason = "\"datum S1 not measured: 9 points on the rim, 40 are needed\"";
+        assert!(row(&example::degraded()).ends_with(&format!("P01,,,{reason},{scan},{hashes}")));
     }
 
     #[test]

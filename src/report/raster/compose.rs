@@ -55,7 +55,7 @@ pub fn compose(surface: &Surface, field: &Field, style: &Style) -> Vec<u8> {
             } else if lines[y * width + x] {
                 colour = colour.map(|c| 0.72 * c);
             }
-            (0..3).for_each(|c| row[3 * x + c] = colour[c].round() as u8);
+            (0..3).for_each(|c| row[3 * x + c] = (colour[c] + 0.5) as u8);
         }
     });
     pixels
@@ -82,7 +82,7 @@ fn base_colour(value_mm: f32, x: usize, y: usize, style: &Style, colours: &[Rgb]
         return if (x + y) % period < period / 2 { HATCH_DARK } else { HATCH_LIGHT };
     }
     let t = (f64::from(value_mm) / style.range_mm).clamp(-1.0, 1.0);
-    colours[((t + 1.0) * COLOUR_STEPS).round() as usize].map(f64::from)
+    colours[((t + 1.0) * COLOUR_STEPS + 0.5) as usize].map(f64::from)
 }
 
 /// What each pixel shows: how many of its samples are part, and the depth of its nearest one.
@@ -144,7 +144,10 @@ fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
     let step = (0.25 * style.range_mm) as f32;
     // A line stands for a change of one step within 60 mm or less.
     let least_change = step / (60.0 * style.px_per_mm) as f32;
-    let smooth = |p: usize| (known[p] > 0.0).then(|| sums[p] / weights[p]);
+    let smooth: Vec<f32> = (0..width * height)
+        .into_par_iter()
+        .map(|p| if known[p] > 0.0 { sums[p] / weights[p] } else { f32::NAN })
+        .collect();
     let level = |v: f32| (v / step).clamp(-4.0, 3.0).floor();
     (0..width * height)
         .into_par_iter()
@@ -153,15 +156,19 @@ fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
             if x + 1 >= width || y + 1 >= height {
                 return false;
             }
-            let Some(here) = smooth(p) else { return false };
+            // Where a value is unknown, every comparison with it is false.
+            let here = smooth[p];
             let crosses = |q: usize| {
                 let same_fold = (seen.depth_mm[p] - seen.depth_mm[q]).abs() < JUMP_MM;
-                smooth(q).is_some_and(|there| same_fold && level(here) != level(there))
+                let (a, b) = (level(here), level(smooth[q]));
+                same_fold && (a < b || a > b)
             };
-            let change = |q: usize| smooth(q).map_or(0.0, |there| (there - here).abs());
+            if !(crosses(p + 1) || crosses(p + width)) {
+                return false;
+            }
+            let change = |q: usize| (smooth[q] - here).abs();
             let far = 4.min(width - 1 - x).min(height - 1 - y);
-            let slope = change(p + far).max(change(p + far * width)) / far as f32;
-            slope >= least_change && (crosses(p + 1) || crosses(p + width))
+            change(p + far).max(change(p + far * width)) / far as f32 >= least_change
         })
         .collect()
 }

@@ -60,14 +60,18 @@ pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize, per_mm: f64) 
         .into_par_iter()
         .filter_map(|t| project(mesh, t, &normals, &light, view, [width, height], per_mm))
         .collect();
+    let mut bands: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
+    for (k, triangle) in triangles.iter().enumerate() {
+        for band in &mut bands[triangle.rows[0] / BAND..=triangle.rows[1] / BAND] {
+            band.push(k as u32);
+        }
+    }
     let mut samples = vec![NOTHING; width * height];
-    samples.par_chunks_mut(BAND * width.max(1)).enumerate().for_each(|(band, rows)| {
+    samples.par_chunks_mut(BAND * width.max(1)).zip(&bands).enumerate().for_each(|(band, (rows, mine))| {
         let first = band * BAND;
         let last = first + rows.len() / width;
-        for triangle in &triangles {
-            if triangle.rows[0] < last && triangle.rows[1] >= first {
-                fill(triangle, rows, width, first, last);
-            }
+        for &triangle in mine {
+            fill(&triangles[triangle as usize], rows, width, first, last);
         }
     });
     Surface { width, height, samples }
@@ -126,23 +130,42 @@ fn fill(triangle: &Projected, rows: &mut [Sample], width: usize, first: usize, l
         return;
     }
     let per_area = 1.0 / area;
-    let low_x = a[0].min(b[0]).min(c[0]).max(0.0) as usize;
-    let high_x = (a[0].max(b[0]).max(c[0]).min(width as f64 - 1.0)).max(0.0) as usize;
+    // Along a row each weight is linear in x: w = at_zero + slope x. The samples inside are those where all three are
+    // not negative, an interval.
+    let slope_b = (c[1] - a[1]) * per_area;
+    let slope_c = -(b[1] - a[1]) * per_area;
+    let left = a[0].min(b[0]).min(c[0]).max(0.0);
+    let right = a[0].max(b[0]).max(c[0]).min(width as f64 - 1.0);
+    if left > right {
+        return;
+    }
     for y in triangle.rows[0].max(first)..=triangle.rows[1].min(last - 1) {
-        let py = y as f64 + 0.5;
-        for x in low_x..=high_x {
-            let px = x as f64 + 0.5;
-            let wb = ((px - a[0]) * (c[1] - a[1]) - (py - a[1]) * (c[0] - a[0])) * per_area;
-            let wc = ((b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0])) * per_area;
-            let wa = 1.0 - wb - wc;
-            if wa < 0.0 || wb < 0.0 || wc < 0.0 {
-                continue;
+        let down = y as f64 + 0.5 - a[1];
+        let wb_at = (-a[0] * (c[1] - a[1]) - down * (c[0] - a[0])) * per_area;
+        let wc_at = ((b[0] - a[0]) * down + a[0] * (b[1] - a[1])) * per_area;
+        let (mut from, mut to) = (left, right + 1.0);
+        for (at, slope) in [(wb_at, slope_b), (wc_at, slope_c), (1.0 - wb_at - wc_at, -slope_b - slope_c)] {
+            if slope > 0.0 {
+                from = from.max(-at / slope);
+            } else if slope < 0.0 {
+                to = to.min(-at / slope);
+            } else if at < 0.0 {
+                to = f64::NEG_INFINITY;
             }
-            let mix = |v: [f64; 3]| wa * v[0] + wb * v[1] + wc * v[2];
-            let depth_mm = mix(triangle.depth) as f32;
-            let sample = &mut rows[(y - first) * width + x];
+        }
+        // Samples x whose centre x + 0.5 lies between.
+        let (start, end) = ((from - 0.5).ceil().max(0.0), (to - 0.5).floor().min(width as f64 - 1.0));
+        if start > end {
+            continue;
+        }
+        let row = &mut rows[(y - first) * width..][..width];
+        for (x, sample) in row.iter_mut().enumerate().take(end as usize + 1).skip(start as usize) {
+            let px = x as f64 + 0.5;
+            let (wb, wc) = (wb_at + slope_b * px, wc_at + slope_c * px);
+            let mix = |v: &[f64; 3]| v[0] + wb * (v[1] - v[0]) + wc * (v[2] - v[0]);
+            let depth_mm = mix(&triangle.depth) as f32;
             if depth_mm > sample.depth_mm {
-                *sample = Sample { depth_mm, shade: shade(mix(triangle.light)), reverse: triangle.reverse };
+                *sample = Sample { depth_mm, shade: shade(mix(&triangle.light)), reverse: triangle.reverse };
             }
         }
     }
@@ -152,5 +175,5 @@ fn fill(triangle: &Projected, rows: &mut [Sample], width: usize, first: usize, l
 /// ten degrees already show.
 fn shade(cosine: f64) -> u8 {
     let t = 0.55 + 2.2 * (cosine - 0.815);
-    (t.clamp(0.0, 1.0) * f64::from(SHADES)).round() as u8
+    (t.clamp(0.0, 1.0) * f64::from(SHADES) + 0.5) as u8
 }
