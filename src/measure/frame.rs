@@ -74,16 +74,17 @@ impl FeatureFrame {
 ///
 /// Where the sheet leans away from the camera, the cut face of its rim comes into view. Its points hang from the rim into
 /// the sheet's thickness and would be taken for up to `depth * tan(lean)` of additional sheet, so the gate's depth is
-/// held to 0.02 mm of that, but not below half of the scatter, which would cost more points than it saves.
+/// held to 0.02 mm of that, or a tenth of the spacing, but not below half of the scatter: narrower, it would cost more by
+/// the points it leaves out than it saves.
 pub fn sheet_gate_mm(local: &Local, frame: &FeatureFrame, sigma_mm: f64) -> [f64; 2] {
-    const ADDED_MM: f64 = 0.02;
+    let added_mm = (0.1 * local.scan.spacing_mm).max(0.02);
     const UNKNOWN_LEAN: f64 = 0.2;
     let wide = (3.5 * sigma_mm).max(0.15);
     let lean = local.scan.to_camera.map_or(UNKNOWN_LEAN, |to_camera| {
         let cosine = local.cad_from_scan.vector(&to_camera).dot(&frame.axes[2]).abs().clamp(0.1, 1.0);
         (1.0 - cosine * cosine).sqrt() / cosine
     });
-    [(ADDED_MM / lean.max(1e-6)).clamp(0.5 * sigma_mm, wide), wide]
+    [(added_mm / lean.max(1e-6)).clamp(0.5 * sigma_mm, wide), wide]
 }
 
 /// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's normal on the plan's side.

@@ -14,8 +14,10 @@ pub struct Layer {
     pub rms_mm: f64,
     /// Points with weight.
     pub points: usize,
-    /// Covariance of `plane`, from the scatter alone.
+    /// Covariance of `plane`, as if every point's error were its own.
     pub covariance: Matrix3<f64>,
+    /// Standard uncertainty of e0: neighbouring points' errors have something in common, and averaging helps less.
+    pub u_height_mm: f64,
 }
 
 /// Height of a plane at a place.
@@ -79,7 +81,54 @@ pub fn fit_layer(points: &[[f64; 3]], start: f64, needed: usize) -> Option<Layer
     let rms_mm = (inside().map(|r| r * r).sum::<f64>() / kept as f64).sqrt();
     let mut sizes: Vec<f64> = inside().map(f64::abs).collect();
     let sigma_mm = (SIGMA_OF_MAD * median(&mut sizes)?).max(LEAST_SIGMA_MM);
-    Some(Layer { plane, sigma_mm, rms_mm, points: kept, covariance: inverse * (sigma_mm * sigma_mm) })
+    let covariance = inverse * (sigma_mm * sigma_mm);
+    let u_height_mm = correlated_height_variance(points, &plane, width, &inverse).max(covariance[(0, 0)]).sqrt();
+    Some(Layer { plane, sigma_mm, rms_mm, points: kept, covariance, u_height_mm })
+}
+
+/// Variance of e0 when errors are correlated: e0 is the sum of `a_i r_i`, so its variance is the sum of `a_i a_j C(d_ij)`,
+/// with the covariance C at a distance taken from the residuals themselves, in bins of distance, up to the first bin that
+/// is not above zero by its own standard error.
+fn correlated_height_variance(points: &[[f64; 3]], plane: &[f64; 3], width: f64, inverse: &Matrix3<f64>) -> f64 {
+    const THINNED: usize = 300;
+    const BINS: usize = 8;
+    let inside: Vec<&[f64; 3]> = points.iter().filter(|p| (p[2] - height(plane, p[0], p[1])).abs() < width).collect();
+    let sampled: Vec<[f64; 4]> = inside
+        .iter()
+        .step_by(inside.len().div_ceil(THINNED).max(1))
+        .map(|p| {
+            let residual = p[2] - height(plane, p[0], p[1]);
+            let share = (inverse * Vector3::new(1.0, p[0], p[1])).x * tukey_weight(residual, width);
+            [p[0], p[1], residual, share]
+        })
+        .collect();
+    // The shares of the sampled points stand for all: their sum is 1, as that of all points is.
+    let total: f64 = sampled.iter().map(|p| p[3]).sum();
+    let count = sampled.len().max(1) as f64;
+    let (mut square, mut shares_sq, mut reach) = (0.0, 0.0, 1e-9_f64);
+    for p in &sampled {
+        square += p[2] * p[2] / count;
+        shares_sq += (p[3] / total).powi(2);
+        reach = reach.max(p[0].hypot(p[1]));
+    }
+    // Of distances up to the window's radius; further apart the plane has taken out what points have in common.
+    let per_bin = BINS as f64 / reach;
+    let mut bins = [[0.0; 3]; BINS];
+    for (i, p) in sampled.iter().enumerate() {
+        for q in &sampled[..i] {
+            let bin = ((p[0] - q[0]).hypot(p[1] - q[1]) * per_bin) as usize;
+            if bin < BINS {
+                bins[bin][0] += 1.0;
+                bins[bin][1] += p[2] * q[2];
+                bins[bin][2] += p[3] * q[3] / (total * total);
+            }
+        }
+    }
+    // Thinning makes fewer points' own errors of many; those average out as the full number does.
+    let own = square * shares_sq * count / inside.len().max(1) as f64;
+    let common = bins.iter().skip_while(|[pairs, ..]| *pairs < 8.0);
+    let common = common.take_while(|[pairs, products, _]| products / pairs > square / pairs.sqrt());
+    own + 2.0 * common.map(|[pairs, products, shares]| products / pairs * shares).sum::<f64>()
 }
 
 /// One weighted least-squares step: plane, inverse normal matrix, points with weight.

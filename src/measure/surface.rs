@@ -19,7 +19,7 @@ pub struct SurfaceFound {
     pub normal: Vector3,
     /// Along the plan's direction.
     pub deviation_mm: f64,
-    /// k = 1, from the scatter of the points alone.
+    /// k = 1, from the scatter of the points and what neighbours' errors have in common.
     pub standard_uncertainty_mm: f64,
     /// Rms of the points about the fitted plane.
     pub rms_mm: f64,
@@ -121,7 +121,7 @@ fn measure_in(
         position: frame.on_own_face([0.0, 0.0, deviation_mm]),
         normal: frame.vector([-slope[0], -slope[1], 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm: layer.covariance[(0, 0)].max(0.0).sqrt(),
+        standard_uncertainty_mm: layer.u_height_mm,
         rms_mm: layer.rms_mm,
         points_used: layer.points,
     })

@@ -1,5 +1,7 @@
 //! Tests that use the library from outside, one binary, one module a theme.
 
 mod layers;
+mod measure_accuracy;
+mod nist_fits;
 mod pose_sweep;
 mod readers;
