@@ -32,7 +32,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         let side = if index % 2 == 0 { Side::Top } else { Side::Bottom };
         let pose = PoseChoice::side(&subject, side);
         let scan = simulate_scan(&subject, &rig, &pose, 7000 + index, &RunContext::silent())?;
-        println!("{} points", scan.cloud.len());
         write_scan(&scans, &format!("{:04}", index + 1), &scan, LengthUnit::Mm)?;
     }
     Ok(())

@@ -12,30 +12,46 @@ use rayon::prelude::*;
 /// How far beyond its tolerance a feature is looked for, mm: what lies further out is no longer that feature.
 const SEARCH_BEYOND_TOLERANCE_MM: f64 = 2.0;
 
-/// Measures and judges every comparison point, in the plan's order.
+/// Every comparison point, in the plan's order, and what somebody should know of single ones.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Compared {
+    /// The results.
+    pub points: Vec<PointResult>,
+    /// Warnings, each with the point's name.
+    pub warnings: Vec<String>,
+}
+
+/// Measures and judges every comparison point.
 pub fn compare(
     plan: &Plan,
     local: &Local,
     alignment: &FeatureAlignment,
     pose: &PoseUncertainty,
     run: &RunContext,
-) -> Result<Vec<PointResult>, Cancelled> {
-    plan.comparison
+) -> Result<Compared, Cancelled> {
+    let each: Vec<(PointResult, Option<String>)> = plan
+        .comparison
         .par_iter()
         .map(|point| {
             run.check()?;
             Ok(match &alignment.reason {
-                Some(reason) if alignment.degraded => not_measured(point, datum_reason(reason), 0),
+                Some(reason) if alignment.degraded => (not_measured(point, datum_reason(reason), 0), None),
                 _ => measure_point(plan, local, pose, point),
             })
         })
-        .collect()
+        .collect::<Result<_, Cancelled>>()?;
+    let mut compared = Compared::default();
+    for (point, warning) in each {
+        compared.warnings.extend(warning.map(|w| format!("{}: {w}", point.name)));
+        compared.points.push(point);
+    }
+    Ok(compared)
 }
 
 /// `datum S1 not measured` without the details that stand in the alignment's reason.
 fn datum_reason(reason: &str) -> String {
-    let parts: Vec<&str> =
-        reason.split("; ").filter_map(|r| r.starts_with("datum ").then(|| r.split(": ").next().unwrap_or(r))).collect();
+    let datums = reason.split("; ").filter(|r| r.starts_with("datum "));
+    let parts: Vec<&str> = datums.map(|r| r.split(": ").next().unwrap_or(r)).collect();
     if parts.is_empty() { reason.to_string() } else { parts.join("; ") }
 }
 
@@ -75,18 +91,24 @@ struct Value {
     points_used: usize,
     hole: Option<HoleMeasurement>,
     is_edge: bool,
+    warning: Option<String>,
 }
 
-fn measure_point(plan: &Plan, local: &Local, pose: &PoseUncertainty, point: &ComparisonPoint) -> PointResult {
+fn measure_point(
+    plan: &Plan,
+    local: &Local,
+    pose: &PoseUncertainty,
+    point: &ComparisonPoint,
+) -> (PointResult, Option<String>) {
     let value = match measure_value(local, point) {
         Ok(value) => value,
-        Err(not) => return not_measured(point, not.reason, not.points),
+        Err(not) => return (not_measured(point, not.reason, not.points), None),
     };
     let uncertainty_mm = 2.0 * standard_uncertainty_mm(plan, local, pose, point, &value);
     let (verdict, reason) =
         decide(plan.part.decision, value.deviation_mm, uncertainty_mm, point.lower_mm, point.upper_mm);
     if verdict == Verdict::NotMeasured {
-        return not_measured(point, reason.unwrap_or_default(), value.points_used);
+        return (not_measured(point, reason.unwrap_or_default(), value.points_used), value.warning);
     }
     let measurement = Measurement {
         measured: value.measured,
@@ -95,7 +117,9 @@ fn measure_point(plan: &Plan, local: &Local, pose: &PoseUncertainty, point: &Com
         rms_mm: value.rms_mm,
         hole: value.hole,
     };
-    PointResult { verdict, reason, points_used: value.points_used, measurement: Some(measurement), ..blank(point) }
+    let points_used = value.points_used;
+    let result = PointResult { verdict, reason, points_used, measurement: Some(measurement), ..blank(point) };
+    (result, value.warning)
 }
 
 fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFound> {
@@ -112,6 +136,7 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
                 points_used: found.points_used,
                 hole: None,
                 is_edge: false,
+                warning: None,
             })
         }
         Geometry::Edge { position, direction, normal } => {
@@ -125,6 +150,7 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
                 points_used: found.points_used,
                 hole: None,
                 is_edge: true,
+                warning: found.warning,
             })
         }
         Geometry::Hole { centre, axis, diameter_mm, direction } => {
@@ -152,6 +178,7 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
                     diameter_deviation_mm: found.diameter_mm - diameter_mm,
                 }),
                 is_edge: false,
+                warning: None,
             })
         }
         Geometry::Slot { .. } => Err(NotFound { reason: "a slot cannot be a comparison point".into(), points: 0 }),

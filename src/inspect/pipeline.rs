@@ -31,10 +31,14 @@ pub fn inspect(
     identity: Identity,
     run: &RunContext,
 ) -> Result<Inspected, Cancelled> {
-    let (outcome, scan) = match measure_scan(plan, part, cloud, run) {
-        Ok((inspection, scan)) => (Outcome::Measured(Box::new(inspection)), Some(scan)),
-        Err((Stop::Refused(refusal), scan)) => (Outcome::Refused(refusal), scan),
-        Err((Stop::Cancelled(cancelled), _)) => return Err(cancelled),
+    let (outcome, scan) = match condition(plan, part, cloud, run) {
+        Err(Stop::Refused(refusal)) => (Outcome::Refused(refusal), None),
+        Err(Stop::Cancelled(cancelled)) => return Err(cancelled),
+        Ok((scan, points_read)) => match measure_conditioned(plan, part, &scan, points_read, run) {
+            Ok(inspection) => (Outcome::Measured(Box::new(inspection)), Some(scan)),
+            Err(Stop::Refused(refusal)) => (Outcome::Refused(refusal), Some(scan)),
+            Err(Stop::Cancelled(cancelled)) => return Err(cancelled),
+        },
     };
     let result =
         InspectionResult { identity, outcome, map_range_mm: plan.output.map_range_mm, method: plan.alignment.clone() };
@@ -51,18 +55,11 @@ pub fn refused(plan: &Plan, identity: Identity, refusal: Refusal) -> InspectionR
     }
 }
 
-type Stopped = (Stop, Option<ConditionedScan>);
-
-fn measure_scan(
-    plan: &Plan,
-    part: &Part,
-    cloud: PointCloud,
-    run: &RunContext,
-) -> Result<(Inspection, ConditionedScan), Stopped> {
+/// The cloud with its background told, and how many points the file had.
+fn condition(plan: &Plan, part: &Part, cloud: PointCloud, run: &RunContext) -> Result<(ConditionedScan, usize), Stop> {
     let points_read = cloud.len() + cloud.skipped_invalid;
-    let before = |cancelled: Cancelled| (Stop::from(cancelled), None);
-    run.enter(Stage::Background).map_err(before)?;
-    check_raw_units(&cloud, part).map_err(|refusal| (Stop::from(refusal), None))?;
+    run.enter(Stage::Background)?;
+    check_raw_units(&cloud, part)?;
     let extents = part.bounds.extents();
     let hints = ScanHints {
         view_direction: plan.scans.view_direction,
@@ -70,11 +67,7 @@ fn measure_scan(
         part_area_mm2: part.face(Side::Top).mesh.area(),
         thickness_mm: part.thickness_mm,
     };
-    let scan = scan::condition(cloud, &plan.background, &hints, run).map_err(|stop| (stop, None))?;
-    match measure_conditioned(plan, part, &scan, points_read, run) {
-        Ok(inspection) => Ok((inspection, scan)),
-        Err(stop) => Err((stop, Some(scan))),
-    }
+    Ok((scan::condition(cloud, &plan.background, &hints, run)?, points_read))
 }
 
 fn measure_conditioned(
@@ -95,19 +88,21 @@ fn measure_conditioned(
     let face = part.face(best_fit.face);
     let local =
         Local { part, face, scan, grid: &grid, cad_from_scan: alignment.cad_from_scan, uncertainty: &plan.uncertainty };
-    let points = compare(plan, &local, &alignment, &pose_uncertainty, run)?;
+    let compared = compare(plan, &local, &alignment, &pose_uncertainty, run)?;
     run.enter(Stage::Map)?;
     let map = deviation_map(scan, face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
-    let verdict = of_part(&points, alignment.degraded);
+    let verdict = of_part(&compared.points, alignment.degraded);
+    let mut warnings = warnings(scan, &best_fit, &alignment.reason);
+    warnings.extend(compared.warnings);
     Ok(Inspection {
         points_read,
         points_kept: scan.kept.len(),
         removed: scan.removed,
         verdict,
-        warnings: warnings(scan, &best_fit, &alignment.reason),
+        warnings,
         best_fit,
         alignment,
-        points,
+        points: compared.points,
         map,
     })
 }

@@ -43,8 +43,8 @@ pub fn most_frequent_height(heights: &[f64], outward: f64) -> Option<f64> {
     }
     let triple = |k: usize| counts[k - 1] + counts[k] + counts[k + 1];
     let most = (1..bins - 1).map(triple).max()?;
-    let full = (1..bins - 1).filter(|&k| 5 * triple(k) >= 4 * most);
-    let chosen = if outward >= 0.0 { full.last()? } else { full.min()? };
+    let mut full = (1..bins - 1).filter(|&k| 5 * triple(k) >= 4 * most);
+    let chosen = if outward >= 0.0 { full.next_back()? } else { full.min()? };
     let middle = low + (chosen as f64 - 0.5) * BIN;
     let mut near: Vec<f64> = heights.iter().copied().filter(|e| (e - middle).abs() <= 1.5 * BIN).collect();
     median(&mut near)

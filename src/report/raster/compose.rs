@@ -161,7 +161,7 @@ fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
             let crosses = |q: usize| {
                 let same_fold = (seen.depth_mm[p] - seen.depth_mm[q]).abs() < JUMP_MM;
                 let (a, b) = (level(here), level(smooth[q]));
-                same_fold && (a < b || a > b)
+                same_fold && a != b
             };
             if !(crosses(p + 1) || crosses(p + width)) {
                 return false;
