@@ -1,7 +1,9 @@
 //! Tests that use the library from outside, one binary, one module a theme.
 
+mod accuracy;
 mod layers;
 mod measure_accuracy;
 mod nist_fits;
 mod pose_sweep;
 mod readers;
+mod support;
