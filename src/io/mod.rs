@@ -7,7 +7,7 @@
 //!
 //! A text file that is cut off can end in the middle of a number and still look whole, which would shift a point
 //! silently. So the last line of a text file must end with a line end, unless it can be shown to be whole (see
-//! [`lines`] for the rule).
+//! `lines` for the rule).
 
 mod columns;
 mod fault;

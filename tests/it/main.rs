@@ -1,5 +1,7 @@
 //! Tests that use the library from outside, one binary, one module a theme.
 
+#![allow(clippy::print_stdout, reason = "sweeps tell their figures to whoever runs them")]
+
 mod accuracy;
 mod layers;
 mod measure_accuracy;
