@@ -10,7 +10,7 @@
 use super::candidates::{self, Candidate};
 use super::evidence::{self, Contest, Gaps, Ground, RESIDUAL_LIMIT_MM, Witness};
 use super::height_map::{HeightMap, Raster};
-use super::icp::{Settings, distances, register};
+use super::icp::{Beyond, Settings, distances, register};
 use super::pose::BestFit;
 use super::pose_search;
 use super::refuse;
@@ -28,10 +28,12 @@ use rayon::prelude::*;
 
 /// The margin below which a scan is refused.
 pub const MARGIN_LIMIT: f64 = 1.5;
+/// A pose this many times as costly as the best one needs no partners.
+const HOPELESS: f64 = 4.0;
 /// Points for residuals in the contest.
-const FINE_POINTS: usize = 3000;
+const FINE_POINTS: usize = 2000;
 /// Points of the last registration.
-const POLISH_POINTS: usize = 6000;
+const POLISH_POINTS: usize = 4000;
 
 /// Finds the pose and the side of a scan.
 ///
@@ -97,6 +99,7 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     for which in 0..templates.len() {
         modes.extend(pose_search::search(&map, &templates, which, diagonal, run)?);
     }
+    pose_search::refine(&map, &templates, &mut modes, run)?;
     let starts = candidates::starts(part, &templates, &mut modes);
     let mut poses_tried = starts.len();
 
@@ -107,7 +110,18 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let mut views = Views { part, templates: Vec::new() };
     poses_tried += add_turned(part, cloud, &subsets[1], &index, &mut views, &mut list, run)?;
 
-    let outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
+    list.sort_by(|a, b| a.locked.cmp(&b.locked).then(a.cost.total_cmp(&b.cost)));
+    shorten(&mut list);
+    for k in 0..list.len().min(2) {
+        poses_tried += add_partners(part, &subsets[1], &index, &mut list, k, run)?;
+    }
+    let mut outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
+    // No winner without its partners in the contest.
+    let added = add_partners(part, &subsets[1], &index, &mut list, outcome.winner, run)?;
+    if added > 0 {
+        poses_tried += added;
+        outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
+    }
     outcome.refuse_unless_certain(part, &list)?;
     let winner = &list[outcome.winner];
     let (pose, registered) = polish(part, cloud, &index, winner, run)?;
@@ -118,6 +132,33 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
         margin: outcome.contest.margin,
         poses_tried,
     })
+}
+
+/// Leaves the candidates that may win or come second: the cheapest free ones, then the cheapest locked ones.
+fn shorten(list: &mut Vec<Candidate>) {
+    let (mut free, mut locked) = (0, 0);
+    list.retain(|c| {
+        let (count, most) = if c.locked { (&mut locked, 4) } else { (&mut free, 10) };
+        *count += 1;
+        *count <= most
+    });
+}
+
+/// Adds the half-turned partners of a candidate, registered; how many were new.
+fn add_partners(
+    part: &Part,
+    points: &[crate::geometry::Point3],
+    index: &DenseIndex,
+    list: &mut Vec<Candidate>,
+    of: usize,
+    run: &RunContext,
+) -> Result<usize, Stop> {
+    let partners = candidates::partners(part, &list[of])
+        .into_par_iter()
+        .filter(|p| !list.iter().any(|c| candidates::alike(part, c, p)))
+        .map(|p| candidates::improve(part, points, p, 8, 4.0, Some(index), run))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(candidates::merge(part, list, partners))
 }
 
 /// Height above the belt up to which a face may have been taken away with it.
@@ -162,23 +203,18 @@ fn add_turned(
     let mut tried = 0;
     for side in [Side::Top, Side::Bottom] {
         let Some(best) = list.iter().find(|c| c.side == side && !c.locked).cloned() else { continue };
+        if best.cost > HOPELESS * list[0].cost {
+            continue;
+        }
         run.check()?;
         let template = views.of(&best);
         let turned = candidates::turned(part, &views.templates[template], &sweep_points, &best);
         tried += turned.len();
         let improved: Vec<Candidate> = turned
             .into_par_iter()
-            .map(|c| candidates::improve(part, points, c, 10, 4.0, Some(index), run))
+            .map(|c| candidates::improve(part, points, c, 8, 4.0, Some(index), run))
             .collect::<Result<_, _>>()?;
-        for c in improved {
-            let known = list.iter().any(|k| {
-                let (angle, distance) = candidates::difference(part, &k.cad_from_work, &c.cad_from_work);
-                angle < 0.5f64.to_radians() && distance < 0.5
-            });
-            if !known {
-                list.push(c);
-            }
-        }
+        candidates::merge(part, list, improved);
     }
     Ok(tried)
 }
@@ -274,8 +310,15 @@ fn polish(
     let face = part.face(winner.side);
     let weak = winner.registered.as_ref().is_none_or(|r| r.weakest_mm > candidates::WEAK_MM);
     let width_mm = winner.registered.as_ref().map_or(4.0, |r| 1.5 * r.width_mm);
-    let rim = weak.then(|| RimLock::new(face, &winner.up_cad(), index));
-    let settings = Settings { steps: 30, width_mm, least_scale_mm: 0.02, stop_mm: 1e-7, locked_axis: None };
+    let rim = weak.then(|| RimLock::new(face, &winner.up_cad(), index, 900, 2.0));
+    let settings = Settings {
+        steps: 30,
+        width_mm,
+        least_scale_mm: 0.02,
+        stop_mm: 1e-7,
+        beyond: Beyond::Nothing,
+        locked_axis: None,
+    };
     let registered = register(face, &points, &winner.cad_from_work, &settings, rim.as_ref(), run)?;
     Ok((registered.cad_from_work, registered))
 }

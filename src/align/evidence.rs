@@ -19,9 +19,11 @@ use crate::geometry::{Isometry3, Point3};
 /// Heights off the surface by up to this much are deformation, mm.
 const HEIGHT_TOLERANCE_MM: f64 = 2.0;
 /// The area that contradictions are compared with, mm², at least.
-const BASE_MM2: f64 = 5.0;
+const BASE_MM2: f64 = 8.0;
+/// Share of the part's area that is added to it: a larger part has more places for chance.
+const BASE_SHARE: f64 = 2e-4;
 /// Cells of that base, at least.
-const BASE_CELLS: f64 = 1.5;
+const BASE_CELLS: f64 = 2.0;
 /// Residual scale that deformation reaches without meaning anything, mm.
 const RESIDUAL_FLOOR_MM: f64 = 0.15;
 /// Residuals from here on are outliers, mm.
@@ -211,7 +213,7 @@ pub(super) fn contest(ground: &Ground, gaps: &Gaps, first: &Witness, second: &Wi
         }
     }
     let cell = ground.cell_mm2();
-    let base = BASE_MM2.max(BASE_CELLS * cell);
+    let base = (BASE_MM2 + BASE_SHARE * first.predicted_mm2(ground)).max(BASE_CELLS * cell);
     let (against_first_mm2, against_second_mm2) = (against_first * cell, against_second * cell);
     let area = (base + against_second_mm2) / (base + against_first_mm2);
     Contest {
@@ -261,8 +263,83 @@ pub(super) fn against(ground: &Ground, gaps: &Gaps, witness: &Witness) -> Agains
             absent += f64::from(gaps.surrounded[c]) * gaps.weight * sparse(ground, witness.explained[c]);
         }
         let more = (f64::from(witness.off[c]) - background) / ground.usual.max(1.0);
-        surplus += ((more - 0.4) / 0.4).clamp(0.0, 1.0);
+        surplus += ((more - 0.55) / 0.35).clamp(0.0, 1.0);
     }
     let area = witness.predicted_mm2(ground).max(1.0) / ground.cell_mm2();
     Against { absent: absent / area, surplus: surplus / area }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 60 x 60 cells of 1 mm with 4 points each; a witness is made by hand.
+    fn ground() -> Ground {
+        let raster = Raster { x0: 0.0, y0: 0.0, cell_mm: 1.0, nx: 60, ny: 60 };
+        let points: Vec<Point3> =
+            (0..60 * 60 * 4).map(|k| Point3::new(f64::from(k / 4 % 60) + 0.5, f64::from(k / 240) + 0.5, 0.0)).collect();
+        Ground::new(&points, raster, f64::NEG_INFINITY)
+    }
+
+    fn in_disc(c: usize, x: f64, y: f64, radius: f64) -> bool {
+        ((c % 60) as f64 + 0.5 - x).hypot((c / 60) as f64 + 0.5 - y) < radius
+    }
+
+    /// The scan has a hole of 7 mm at `hole`; the pose puts it at `nominal`.
+    fn witness(hole: (f64, f64), nominal: (f64, f64)) -> Witness {
+        let data = |c: usize| !in_disc(c, hole.0, hole.1, 3.5);
+        let surface = |c: usize| !in_disc(c, nominal.0, nominal.1, 3.5 - 0.9);
+        let count = |yes: bool| if yes { 4 } else { 0 };
+        Witness {
+            explained: (0..3600).map(|c| count(data(c) && surface(c))).collect(),
+            off: (0..3600).map(|c| count(data(c) && !surface(c))).collect(),
+            predicted: (0..3600).map(|c| !in_disc(c, nominal.0, nominal.1, 3.5 + 0.9)).collect(),
+            residuals: vec![0.1; 100],
+        }
+    }
+
+    #[test]
+    fn one_small_hole_decides_between_two_poses() {
+        let ground = ground();
+        let both = [witness((20.0, 30.0), (20.0, 30.0)), witness((20.0, 30.0), (40.0, 30.0))];
+        let gaps = Gaps::find(&ground, &both);
+        let contest_of = |a: &Witness, b: &Witness| contest(&ground, &gaps, a, b);
+        let (right, wrong) = (contest_of(&both[0], &both[1]), contest_of(&both[1], &both[0]));
+        // Data in the nominal hole: pi 2.6² = 21 mm². Absent at the real one: pi 3.5² = 38 mm², for cells counted whole.
+        assert!(right.against_first_mm2 == 0.0 && (55.0..65.0).contains(&right.against_second_mm2), "{right:?}");
+        assert!(right.margin > 4.0 && (right.margin * wrong.margin - 1.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn equal_predictions_give_a_margin_of_one() {
+        let ground = ground();
+        let both = [witness((20.0, 30.0), (40.0, 30.0)), witness((20.0, 30.0), (40.0, 30.0))];
+        let gaps = Gaps::find(&ground, &both);
+        assert_eq!(contest(&ground, &gaps, &both[0], &both[1]).margin, 1.0);
+    }
+
+    #[test]
+    fn a_large_uncovered_region_speaks_against_nobody() {
+        let ground = ground();
+        let mut both = [witness((20.0, 30.0), (20.0, 30.0)), witness((20.0, 30.0), (40.0, 30.0))];
+        // The half with the first pose's hole was not measured: 30 mm wide, open to one side.
+        for w in &mut both {
+            for c in (0..3600).filter(|c| c % 60 < 30) {
+                w.explained[c] = 0;
+                w.off[c] = 0;
+            }
+        }
+        let gaps = Gaps::find(&ground, &both);
+        let contest = contest(&ground, &gaps, &both[0], &both[1]);
+        // What is left: data in the hole of the second pose.
+        assert!(contest.against_first_mm2 == 0.0 && (18.0..24.0).contains(&contest.against_second_mm2), "{contest:?}");
+    }
+
+    #[test]
+    fn residuals_alone_are_bounded() {
+        assert_eq!(residual_factor(&[0.1; 50], &[2.0; 50]), RESIDUAL_FACTOR);
+        assert_eq!(residual_factor(&[2.0; 50], &[0.1; 50]), 1.0 / RESIDUAL_FACTOR);
+        // Points that neither pose explains say nothing.
+        assert_eq!(residual_factor(&[2.5; 50], &[2.5; 50]), 1.0);
+    }
 }

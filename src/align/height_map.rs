@@ -119,10 +119,24 @@ impl HeightMap {
         Some(Self { raster, height, nearest, filled })
     }
 
+    /// Area of the filled cells, mm².
+    pub fn area_mm2(&self) -> f64 {
+        self.filled.len() as f64 * self.raster.cell_mm * self.raster.cell_mm
+    }
+
     /// Middle of a filled cell at its height.
     pub fn place(&self, cell: u32) -> Point3 {
         let (x, y) = self.raster.middle(cell as usize);
         Point3::new(x, y, f64::from(self.height[cell as usize]))
+    }
+
+    /// Height of the data at a place; `None` where the nearest data is more than a cell away.
+    pub fn height_above(&self, x: f64, y: f64) -> Option<f64> {
+        let here = self.raster.index(x, y)?;
+        let there = self.nearest[here] as usize;
+        let nx = self.raster.nx;
+        let near = (here % nx).abs_diff(there % nx) <= 1 && (here / nx).abs_diff(there / nx) <= 1;
+        near.then(|| f64::from(self.height[there]))
     }
 
     /// Squared distance, mm², from a place to the nearest filled cell at its height; to half a cell, since within the cell

@@ -9,12 +9,10 @@ use super::icp::{Sums, tukey_weight};
 use crate::geometry::{Isometry3, Point3, Vector3};
 use crate::part::Face;
 
-/// Half the window across the rim, mm, at least.
-const LEAST_REACH_MM: f64 = 2.0;
+/// Depth of the window inside the rim that tells whether the surface was measured there, mm.
+const INNER_MM: f64 = 4.0;
 /// Step along the rim, mm, at least.
 const LEAST_STEP_MM: f64 = 2.0;
-/// Most places.
-const MOST_PLACES: usize = 900;
 
 /// One place on a rim, CAD frame.
 struct RimPlace {
@@ -84,11 +82,11 @@ impl<'a> DenseIndex<'a> {
 }
 
 impl<'a> RimLock<'a> {
-    /// Rim places of a face that are seen from `up` (CAD frame).
-    pub fn new(face: &Face, up: &Vector3, dense: &'a DenseIndex<'a>) -> Self {
+    /// At most so many rim places of a face that are seen from `up` (CAD frame); the data's edge is looked for within a reach.
+    pub fn new(face: &Face, up: &Vector3, dense: &'a DenseIndex<'a>, most_places: usize, reach_mm: f64) -> Self {
         let spacing = 1.0 / dense.per_mm2.max(1e-6).sqrt();
         let length: f64 = face.boundary_loops.iter().map(|l| loop_length(l)).sum();
-        let step = LEAST_STEP_MM.max(length / MOST_PLACES as f64);
+        let step = LEAST_STEP_MM.max(length / most_places as f64);
         let mut places = Vec::new();
         for rim in &face.boundary_loops {
             for (at, along) in walk(rim, step) {
@@ -97,12 +95,7 @@ impl<'a> RimLock<'a> {
                 }
             }
         }
-        Self {
-            places,
-            dense,
-            reach_mm: LEAST_REACH_MM.max(2.5 * spacing),
-            half_width_mm: (0.5 * step).max(2.0 * spacing),
-        }
+        Self { places, dense, reach_mm: reach_mm.max(2.5 * spacing), half_width_mm: 1.0f64.max(2.0 * spacing) }
     }
 
     /// Adds what the rims say to a registration's sums, in the units of residuals with standard deviation `scale_mm`.
@@ -124,19 +117,19 @@ impl<'a> RimLock<'a> {
         // Soft ends, a quarter of a mm wide, so that the estimate is continuous in the pose.
         let ramp = |v: f64| (v / 0.25 + 0.5).clamp(0.0, 1.0);
         let (mut across, mut inner) = (0.0, 0.0);
-        self.dense.near(at.x, at.y, 3.0 * w + self.half_width_mm, |p| {
+        self.dense.near(at.x, at.y, w + INNER_MM + self.half_width_mm, |p| {
             let d = p - at;
             let s = d.dot(&outwards);
             let height = ramp(1.5 - d.dot(&normal).abs());
             let side = height * ramp(self.half_width_mm - d.dot(&along).abs());
             if side > 0.0 {
                 across += side * ramp(s + w) * ramp(w - s);
-                inner += side * ramp(s + 3.0 * w) * ramp(-w - s);
+                inner += side * ramp(s + w + INNER_MM) * ramp(-w - s);
             }
         });
         // Where the face is slanted the same raster holds more surface.
         let per_mm = self.dense.per_mm2 * normal.z.max(0.2) * 2.0 * self.half_width_mm;
-        let full = per_mm * 2.0 * w;
+        let full = per_mm * INNER_MM;
         if inner < 0.6 * full || inner > 1.6 * full {
             return None;
         }
@@ -174,11 +167,7 @@ fn rim_place(face: &Face, at: Point3, along: Vector3, up: &Vector3) -> Option<Ri
     if normal.dot(up) < 0.4 {
         return None;
     }
+    // The surface lies on the left of a loop's direction.
     let outwards = along.cross(&normal).try_normalize(1e-9)?;
-    // The material's side is where a short step stays on the face.
-    let off =
-        |d: f64| face.closest(&(at + outwards * d), 2.0).map_or(2.0, |hit| (hit.point - (at + outwards * d)).norm());
-    let (out, back) = (off(0.3), off(-0.3));
-    let outwards = if out >= back { outwards } else { -outwards };
-    ((out - back).abs() > 0.1).then_some(RimPlace { at, normal, outwards, along })
+    Some(RimPlace { at, normal, outwards, along })
 }

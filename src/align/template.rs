@@ -48,6 +48,8 @@ pub(super) struct Template {
     pub inside: Vec<[f32; 3]>,
     /// Visible samples of the face, evenly spread.
     pub samples: Vec<Point3>,
+    /// Area of the outline, mm².
+    pub footprint_mm2: f64,
 }
 
 impl Template {
@@ -78,8 +80,11 @@ impl Template {
             high: Vec::new(),
             inside: Vec::new(),
             samples: Vec::new(),
+            footprint_mm2: 0.0,
         };
         template.draw_triangles(face, &placed);
+        let covered = template.top.iter().filter(|z| !z.is_nan()).count();
+        template.footprint_mm2 = covered as f64 * pixel_mm * pixel_mm;
         if detail == Detail::Full {
             template.find_range(face, &placed);
             template.find_inside();

@@ -2,6 +2,8 @@
 //!
 //! `SHAPELINE_FULL_SWEEP=1` runs 200 poses a part and prints the table; the usual run takes a few of each.
 
+#![allow(clippy::print_stdout, reason = "the table of the sweep is what it is run for")]
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Uniform};
@@ -23,7 +25,7 @@ const WRONG_MM: f64 = 2.0;
 
 fn poses() -> u64 {
     let asked = std::env::var("SHAPELINE_SWEEP_POSES").ok().and_then(|n| n.parse().ok());
-    if std::env::var_os("SHAPELINE_FULL_SWEEP").is_some() { 200 } else { asked.unwrap_or(12) }
+    if std::env::var_os("SHAPELINE_FULL_SWEEP").is_some() { 200 } else { asked.unwrap_or(8) }
 }
 
 fn prepared(nominal: &SyntheticPart) -> Part {
