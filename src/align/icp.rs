@@ -10,8 +10,8 @@
 //!
 //! where P is the normal matrix of the point-to-point problem, so that `x' P x` is the weighted sum of squared displacements.
 //! Lambda is the smallest of a ladder for which that sum does not exceed the weighted sum of squared point-to-point
-//! distances: a point-to-plane step never moves further than the points are off (trust region). The biweight's width
-//! shrinks only after a step that was small compared with it; shrinking at every step loses poses.
+//! distances: a point-to-plane step moves no further than the points are off, or than a fraction of the width (trust region). The biweight's width
+//! shrinks only after a step that was small compared with it, very small near the end; shrinking at every step loses poses.
 
 use super::rim::RimLock;
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
@@ -24,6 +24,12 @@ use rayon::prelude::*;
 const CHUNK: usize = 512;
 /// Width over robust standard deviation, for 95 % efficiency on normal residuals.
 const TUKEY: f64 = 4.685;
+/// Below this width the pose must have settled before the width shrinks further: most of a flat part fits in any place, so the
+/// robust scale is small long before the few slopes that hold the part in its plane are within it.
+const CAREFUL_MM: f64 = 2.5;
+/// Steps up to this share of the width are always free: they leave every point within reach of its place. Without that a
+/// nearly flat part creeps, since its distances are far smaller than its way along the surface.
+const FREE_SHARE: f64 = 0.25;
 /// The least damping: keeps motions in which the face slides on itself at rest.
 const LADDER: [f64; 6] = [1e-6, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
 
@@ -195,7 +201,7 @@ pub(super) fn register(
         if let Some(axis) = &settings.locked_axis {
             lock(&mut sums, axis);
         }
-        let Some(step) = trusted_step(&sums) else { break };
+        let Some(step) = trusted_step(&sums, FREE_SHARE * width) else { break };
         let motion = Isometry3::from_parts(
             Translation3::from(centre.coords + step.fixed_rows::<3>(3)),
             UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned()),
@@ -210,7 +216,8 @@ pub(super) fn register(
         if settled && moved < settings.stop_mm {
             break;
         }
-        if moved < 0.6 * width && !settled {
+        let small = if width > CAREFUL_MM { 0.6 * width } else { 0.1 * width };
+        if moved < small && !settled {
             width = (0.75 * width).max(end_width);
         } else if settled {
             width = end_width;
@@ -347,9 +354,10 @@ fn lock(sums: &mut Sums, axis: &UnitVector3) {
     sums.h += a * a.transpose() * stiff;
 }
 
-/// The least damped step that the trust region allows.
-fn trusted_step(sums: &Sums) -> Option<Vector6<f64>> {
+/// The least damped step that the trust region allows, or that moves the points by no more than `free_mm` (rms).
+fn trusted_step(sums: &Sums, free_mm: f64) -> Option<Vector6<f64>> {
     let mut last = None;
+    let allowed = sums.distance_sq.max(sums.weight * free_mm * free_mm);
     for lambda in LADDER {
         let Some(cholesky) = (sums.h + sums.p * lambda).cholesky() else { continue };
         let step = -cholesky.solve(&sums.g);
@@ -357,7 +365,7 @@ fn trusted_step(sums: &Sums) -> Option<Vector6<f64>> {
             continue;
         }
         last = Some(step);
-        if (step.transpose() * sums.p * step)[0] <= sums.distance_sq {
+        if (step.transpose() * sums.p * step)[0] <= allowed {
             break;
         }
     }
@@ -425,7 +433,7 @@ mod tests {
             let pairs = pairs_of(face, &points, &pose, 30.0, Beyond::Nothing, &mut seeds);
             let centre = centroid(&pairs, 20.0);
             let sums = summed(&pairs, &centre, 20.0);
-            let step = trusted_step(&sums).unwrap();
+            let step = trusted_step(&sums, 0.0).unwrap();
             let moved = (step.transpose() * sums.p * step)[0];
             assert!(moved <= sums.distance_sq * (1.0 + 1e-9), "turn {turn}: {moved} {}", sums.distance_sq);
             assert!(moved > 0.0);
