@@ -86,8 +86,21 @@ pub fn main() -> ExitCode {
         terminal::error(&Diagnostic::error(format!("{} threads cannot be started: {e}", arguments.threads)));
         return Exit::Unusable.into();
     }
+    std::panic::set_hook(Box::new(|fault| terminal::error(&internal_fault(fault))));
+    match std::panic::catch_unwind(|| run_command(arguments)) {
+        Ok(Ok(exit)) => exit.into(),
+        Ok(Err(diagnostic)) => {
+            terminal::error(&diagnostic);
+            Exit::Unusable.into()
+        }
+        // The hook has told it.
+        Err(_) => Exit::Unusable.into(),
+    }
+}
+
+fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
     let manner = Manner { quiet: arguments.quiet };
-    let end = match arguments.command {
+    match arguments.command {
         Some(Command::Run(run)) => run::run(&run, manner),
         Some(Command::Check(check)) => check::run(&check),
         Some(Command::Demo(demo)) => demo::run(&demo, manner),
@@ -96,14 +109,15 @@ pub fn main() -> ExitCode {
         Some(Command::Fit(fit)) => fit::run(&fit),
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
         None => Err(no_window(arguments.plan)),
-    };
-    match end {
-        Ok(exit) => exit.into(),
-        Err(diagnostic) => {
-            terminal::error(&diagnostic);
-            Exit::Unusable.into()
-        }
     }
+}
+
+/// A fault of this program, in the words of its other messages.
+fn internal_fault(fault: &std::panic::PanicHookInfo<'_>) -> Diagnostic {
+    let words = fault.payload_as_str().unwrap_or("no further words");
+    let place = fault.location().map(|place| format!(" at {place}")).unwrap_or_default();
+    Diagnostic::error(format!("an internal fault{place}: {words}"))
+        .with_help("this is a fault of the program, not of your files; please send this message to the maintainers")
 }
 
 fn no_window(plan: Option<PathBuf>) -> Diagnostic {

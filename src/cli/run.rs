@@ -6,7 +6,7 @@ use crate::part::CacheUse;
 use crate::worker::{Event, SequenceJob, SequenceRequest, SequenceSummary, StopSwitch, WatchSettings, one_line};
 use clap::Args;
 use indicatif::ProgressBar;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// `shapeline run PLAN.toml [SCAN…]`.
@@ -73,7 +73,7 @@ pub(super) fn run_to_end(
     handler.map_err(|e| Diagnostic::error(format!("Ctrl-C cannot be caught: {e}")))?;
     let job = SequenceJob::start(request, stop, || {})
         .map_err(|e| Diagnostic::error(format!("the worker cannot be started: {e}")))?;
-    let mut screen = Screen { manner, bar: None, part: String::new(), files: Vec::new() };
+    let mut screen = Screen { manner, bar: None, part: String::new(), scan: String::new(), files: Vec::new() };
     for event in &job.events {
         screen.show(event);
     }
@@ -82,14 +82,12 @@ pub(super) fn run_to_end(
 }
 
 fn exit_of(summary: &SequenceSummary) -> Exit {
-    if summary.stopped {
-        Exit::Stopped
-    } else if summary.error.is_some() || summary.measured() == 0 {
-        Exit::Unusable
-    } else if summary.pass == summary.measured() && summary.refused == 0 {
-        Exit::Good
-    } else {
-        Exit::NotGood
+    let all_good = summary.pass == summary.measured() && summary.refused == 0 && summary.error.is_none();
+    match summary {
+        s if s.stopped => Exit::Stopped,
+        s if s.measured() == 0 => Exit::Unusable,
+        _ if all_good => Exit::Good,
+        _ => Exit::NotGood,
     }
 }
 
@@ -98,6 +96,7 @@ struct Screen {
     manner: Manner,
     bar: Option<ProgressBar>,
     part: String,
+    scan: String,
     files: Vec<PathBuf>,
 }
 
@@ -107,7 +106,7 @@ impl Screen {
             Event::Problems(problems) => {
                 for problem in problems {
                     if problem.severity == Severity::Error || !self.manner.quiet {
-                        terminal::error(&problem);
+                        self.above(|| terminal::error(&problem));
                     }
                 }
             }
@@ -122,40 +121,61 @@ impl Screen {
             Event::Started { index, of, scan } => self.begin(index, of, &scan),
             Event::Stage(stage) => {
                 if let Some(bar) = &self.bar {
-                    bar.set_message(format!("{}, {}", self.part, stage.words()));
+                    bar.set_message(format!("{}, {}, {}", self.part, stage.words(), self.scan));
                 }
             }
             Event::Finished { result, files } => {
                 self.files.extend(files);
                 self.above(|| terminal::line(one_line(&result)));
-                if let Some(bar) = &self.bar {
-                    bar.inc(1);
-                }
+                self.end_of_part();
             }
             Event::Watching { folder } => {
                 self.note(format!("watching {}, stop with Ctrl-C", folder.display()));
             }
             Event::Waiting { scan, why } => {
-                self.note(format!("waiting for the rest of {}: {}", scan.display(), why.message));
+                // A part without a verdict concerns everybody, also those who asked for quiet.
+                self.above(|| terminal::error(&why.in_file(&scan)));
+                self.idle();
             }
             Event::Known { scan, inspected_as } => {
                 self.note(format!("{} was inspected before as {inspected_as}", scan.display()));
+                self.idle();
             }
             Event::FolderLost(diagnostic) => {
                 self.above(|| terminal::note(format!("{diagnostic}\ntrying again until it is back")));
             }
             Event::FolderBack => self.note("the scan folder is back".into()),
+            Event::ResultsLost(diagnostic) => {
+                self.above(|| terminal::note(format!("{diagnostic}\ntrying again, no scan is lost")));
+                self.idle();
+            }
+            Event::ResultsBack => self.note("results can be written again".into()),
         }
     }
 
-    fn begin(&mut self, index: usize, of: Option<usize>, scan: &std::path::Path) {
-        let name = scan.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    fn begin(&mut self, index: usize, of: Option<usize>, scan: &Path) {
+        self.scan = scan.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         self.part = match of {
-            Some(of) => format!("part {index} of {of}, {name}"),
-            None => format!("part {index}, {name}"),
+            Some(of) => format!("part {index} of {of}"),
+            None => format!("part {index}"),
         };
         if self.bar.is_none() {
             self.bar = Some(terminal::bar(self.manner.quiet, of.map(|n| n as u64)));
+        }
+    }
+
+    fn end_of_part(&self) {
+        if let Some(bar) = &self.bar {
+            bar.inc(1);
+            terminal::show_time_left(bar);
+        }
+        self.idle();
+    }
+
+    /// Between two scans of a watched folder.
+    fn idle(&self) {
+        if let Some(bar) = self.bar.as_ref().filter(|bar| bar.length().is_none()) {
+            bar.set_message("waiting for the next scan");
         }
     }
 
@@ -194,6 +214,9 @@ mod tests {
         assert_eq!(exit_of(&SequenceSummary { refused: 1, ..good.clone() }), Exit::NotGood);
         assert_eq!(exit_of(&SequenceSummary { refused: 3, ..SequenceSummary::default() }), Exit::Unusable);
         assert_eq!(exit_of(&SequenceSummary::default()), Exit::Unusable);
+        let full = SequenceSummary { error: Some(Diagnostic::error("disk full")), ..good.clone() };
+        assert_eq!(exit_of(&full), Exit::NotGood);
+        assert_eq!(exit_of(&SequenceSummary { pass: 0, ..full }), Exit::Unusable);
         assert_eq!(exit_of(&SequenceSummary { stopped: true, ..good }), Exit::Stopped);
     }
 }

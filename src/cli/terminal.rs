@@ -5,6 +5,7 @@ use crate::diagnostic::Diagnostic;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Display;
 use std::io::Write;
+use std::time::Duration;
 
 /// One line of result.
 pub(super) fn line(text: impl Display) {
@@ -23,16 +24,25 @@ pub(super) fn error(diagnostic: &Diagnostic) {
 
 /// A bar on standard error; hidden where that is no terminal.
 pub(super) fn bar(quiet: bool, parts: Option<u64>) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(parts, ProgressDrawTarget::stderr());
-    if quiet {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(parts, target);
+    set_template(&bar, if parts.is_some() { "{bar:20} {wide_msg}" } else { "{spinner} {wide_msg}" });
+    if !bar.is_hidden() {
+        // The time left and the spinner move between two stages, too.
+        bar.enable_steady_tick(Duration::from_millis(250));
     }
-    let template = match parts {
-        Some(_) => "{bar:30} {msg}, {eta} left",
-        None => "{spinner} {msg}",
-    };
+    bar
+}
+
+/// Shows how long the rest will take: known once a part is done, and of use until the last is.
+pub(super) fn show_time_left(bar: &ProgressBar) {
+    if bar.length().is_some_and(|parts| bar.position() < parts) {
+        set_template(bar, "{bar:20} {eta} left, {wide_msg}");
+    }
+}
+
+fn set_template(bar: &ProgressBar, template: &str) {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
-    bar
 }

@@ -10,6 +10,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     try_write(path, bytes).map_err(|error| in_words(path, &error))
 }
 
+const PREFIX: &str = ".shapeline-";
+const SUFFIX: &str = ".part";
+
+/// Whether a file of this name is what a killed process left of a write.
+pub fn is_leftover(name: &str) -> bool {
+    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
+}
+
 fn try_write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -19,7 +27,7 @@ fn try_write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         return Err(io::Error::from(ErrorKind::IsADirectory));
     }
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".shapeline-").suffix(".part");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     {
         // A temporary file is private by default; a report is as readable as any file the user makes.

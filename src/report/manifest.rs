@@ -1,4 +1,15 @@
 //! `manifest.sha256`: the hashes of all result files, in the format of `sha256sum`, and the check of them.
+//!
+//! Files are announced before they are written and confirmed afterwards. Announcements stand in the manifest as comment
+//! lines, which `sha256sum` skips:
+//!
+//! ```text
+//! # writing HASH  NAME
+//! # removing NAME
+//! ```
+//!
+//! Whenever the program is ended, even by a power cut, each file therefore is the old one or the new one, and the manifest
+//! knows both.
 
 use super::atomic;
 use crate::diagnostic::Diagnostic;
@@ -17,7 +28,12 @@ const RESULT_KINDS: [&str; 5] = ["json", "txt", "pdf", "csv", "ply"];
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Manifest {
     entries: BTreeMap<String, String>,
+    /// What is being written: the hash to come, or `None` for a file about to be removed.
+    announced: BTreeMap<String, Option<String>>,
 }
+
+const WRITING: &str = "# writing ";
+const REMOVING: &str = "# removing ";
 
 /// What a check of a results folder found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,6 +42,8 @@ pub struct Verified {
     pub intact: usize,
     /// One error a file that is missing, changed or not listed.
     pub problems: Vec<Diagnostic>,
+    /// Files whose writing was announced and never confirmed: a run was ended in the middle of a part.
+    pub interrupted: Vec<String>,
 }
 
 impl Manifest {
@@ -44,9 +62,46 @@ impl Manifest {
         self.entries.insert(name.to_owned(), hex(&Sha256::digest(bytes)));
     }
 
-    /// Takes a file off the list; whether it stood there.
-    pub fn forget(&mut self, name: &str) -> bool {
-        self.entries.remove(name).is_some()
+    /// Whether the file is listed, or about to be.
+    pub fn lists(&self, name: &str) -> bool {
+        self.entries.contains_key(name) || self.announced.contains_key(name)
+    }
+
+    /// The listed hash of a file.
+    pub fn hash_of(&self, name: &str) -> Option<&str> {
+        self.entries.get(name).map(String::as_str)
+    }
+
+    /// A file is going to be written with this content, or (`None`) removed.
+    pub fn announce(&mut self, name: &str, content: Option<&[u8]>) {
+        self.announced.insert(name.to_owned(), content.map(|bytes| hex(&Sha256::digest(bytes))));
+    }
+
+    /// All that was announced has been done.
+    pub fn confirm(&mut self) {
+        for (name, hash) in std::mem::take(&mut self.announced) {
+            match hash {
+                Some(hash) => self.entries.insert(name, hash),
+                None => self.entries.remove(&name),
+            };
+        }
+    }
+
+    /// After an interrupted run: looks which of the announced files were written, lists those, and forgets the
+    /// announcements.
+    pub fn settle(&mut self, folder: &Path) {
+        for (name, hash) in std::mem::take(&mut self.announced) {
+            let found = fs::read(folder.join(&name)).map(|bytes| hex(&Sha256::digest(&bytes)));
+            match (hash, found) {
+                (Some(hash), Ok(found)) if found == hash => {
+                    self.entries.insert(name, hash);
+                }
+                (None, Err(error)) if error.kind() == std::io::ErrorKind::NotFound => {
+                    self.entries.remove(&name);
+                }
+                _ => {}
+            }
+        }
     }
 
     /// The listed files with their hashes, sorted by name.
@@ -64,27 +119,46 @@ impl Manifest {
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         for (name, hash) in &self.entries {
-            let escaped = name.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r");
+            let escaped = escape(name);
             if escaped != *name {
                 text.push('\\');
             }
             text.push_str(&format!("{hash}  {escaped}\n"));
+        }
+        for (name, hash) in &self.announced {
+            let escaped = escape(name);
+            text.push_str(&match hash {
+                Some(hash) => format!("{WRITING}{hash}  {escaped}\n"),
+                None => format!("{REMOVING}{escaped}\n"),
+            });
         }
         text
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, Diagnostic> {
         let text = std::str::from_utf8(bytes).map_err(|_| Diagnostic::error("is not UTF-8 text"))?;
-        let mut entries = BTreeMap::new();
+        let mut manifest = Self::default();
         for (k, line) in text.lines().enumerate() {
-            let (hash, name) = parse_line(line).ok_or_else(|| {
+            manifest.take_line(line).ok_or_else(|| {
                 Diagnostic::error("expected 64 hexadecimal digits, two blanks and a file name of this folder")
                     .at_line(k + 1)
                     .with_help("the manifest was changed; run the inspection again into a new folder")
             })?;
-            entries.insert(name, hash);
         }
-        Ok(Self { entries })
+        Ok(manifest)
+    }
+
+    fn take_line(&mut self, line: &str) -> Option<()> {
+        if let Some(line) = line.strip_prefix(WRITING) {
+            let (hash, name) = parse_line(&format!("\\{line}"))?;
+            self.announced.insert(name, Some(hash));
+        } else if let Some(name) = line.strip_prefix(REMOVING) {
+            self.announced.insert(unescape(name).filter(|name| is_inside(name))?, None);
+        } else if !line.starts_with('#') {
+            let (hash, name) = parse_line(line)?;
+            self.entries.insert(name, hash);
+        }
+        Some(())
     }
 }
 
@@ -97,9 +171,17 @@ fn parse_line(line: &str) -> Option<(String, String)> {
     let (hash, name) = line.split_at_checked(64)?;
     let name = name.strip_prefix("  ").or_else(|| name.strip_prefix(" *"))?;
     let name = if escaped { unescape(name)? } else { name.to_owned() };
-    let inside = !name.is_empty() && name != "." && name != ".." && !name.contains(['/', '\0']);
-    let inside = inside && Path::new(&name).components().count() == 1;
-    (inside && hash.bytes().all(|b| b.is_ascii_hexdigit())).then(|| (hash.to_ascii_lowercase(), name))
+    (is_inside(&name) && hash.bytes().all(|b| b.is_ascii_hexdigit())).then(|| (hash.to_ascii_lowercase(), name))
+}
+
+/// Whether a name stays in its folder.
+fn is_inside(name: &str) -> bool {
+    let plain = !name.is_empty() && name != "." && name != ".." && !name.contains(['/', '\0']);
+    plain && Path::new(name).components().count() == 1
+}
+
+fn escape(name: &str) -> String {
+    name.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r")
 }
 
 fn unescape(name: &str) -> Option<String> {
@@ -147,15 +229,38 @@ pub fn verify(folder: &Path) -> Result<Verified, Diagnostic> {
             .with_help("give a folder into which `shapeline run` wrote its results"));
     }
     let manifest = Manifest::load(folder)?;
-    let mut verified = Verified { intact: 0, problems: Vec::new() };
+    let interrupted = manifest.announced.keys().cloned().collect();
+    let mut verified = Verified { intact: 0, problems: Vec::new(), interrupted };
     for (name, hash) in &manifest.entries {
-        match check(&folder.join(name), hash) {
+        let announced = manifest.announced.get(name);
+        let path = folder.join(name);
+        match check(&path, hash) {
             Ok(()) => verified.intact += 1,
+            Err(_) if announced.is_some_and(|new| is_done(&path, new.as_deref())) => verified.intact += 1,
             Err(problem) => verified.problems.push(problem),
+        }
+    }
+    let new_files = manifest.announced.iter().filter(|(name, _)| !manifest.entries.contains_key(*name));
+    for (name, hash) in new_files {
+        let path = folder.join(name);
+        match hash {
+            Some(hash) if path.exists() => match check(&path, hash) {
+                Ok(()) => verified.intact += 1,
+                Err(problem) => verified.problems.push(problem),
+            },
+            _ => {}
         }
     }
     verified.problems.extend(unlisted(folder, &manifest)?);
     Ok(verified)
+}
+
+/// Whether a file already is as it was announced: of this content, or gone.
+fn is_done(path: &Path, announced: Option<&str>) -> bool {
+    match announced {
+        Some(hash) => check(path, hash).is_ok(),
+        None => !path.exists(),
+    }
 }
 
 fn check(path: &Path, hash: &str) -> Result<(), Diagnostic> {
@@ -186,7 +291,7 @@ fn unlisted(folder: &Path, manifest: &Manifest) -> Result<Vec<Diagnostic>, Diagn
         let kind = Path::new(&name).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         let ours = kind.is_some_and(|kind| RESULT_KINDS.contains(&kind.as_str())) && !name.starts_with('.');
         let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-        if ours && !is_folder && !manifest.entries.contains_key(&name) {
+        if ours && !is_folder && !manifest.lists(&name) {
             names.push(name);
         }
     }
@@ -217,7 +322,8 @@ mod tests {
     fn an_untouched_folder_has_no_problem() {
         let folder = folder();
         fs::write(folder.path().join("notes.md"), "mine").unwrap();
-        assert_eq!(verify(folder.path()).unwrap(), Verified { intact: 4, problems: Vec::new() });
+        let verified = verify(folder.path()).unwrap();
+        assert_eq!(verified, Verified { intact: 4, problems: Vec::new(), interrupted: Vec::new() });
     }
 
     #[test]
@@ -265,5 +371,53 @@ mod tests {
         wide.push_str("  x");
         assert!(Manifest::parse(wide.as_bytes()).is_err());
         assert!(verify(tempfile::tempdir().unwrap().path()).is_err());
+    }
+
+    #[test]
+    fn wherever_a_run_is_ended_the_folder_is_consistent() {
+        let folder = folder();
+        let path = folder.path();
+        let news: [(&str, Option<&[u8]>); 4] = [
+            ("0001.json", Some(b"new")),
+            ("0001.txt", None),
+            ("0002\nodd.json", Some(b"first")),
+            ("sequence.csv", Some(b"longer")),
+        ];
+        let mut manifest = Manifest::load(path).unwrap();
+        for (name, content) in news {
+            manifest.announce(name, content);
+        }
+        manifest.write(path).unwrap();
+        for done in 0..=news.len() {
+            let verified = verify(path).unwrap();
+            assert_eq!((verified.problems.len(), verified.interrupted.len()), (0, 4), "{done}: {verified:?}");
+            let mut settled = Manifest::load(path).unwrap();
+            settled.settle(path);
+            settled.write(path).unwrap();
+            let verified = verify(path).unwrap();
+            assert_eq!((verified.problems.len(), verified.interrupted.len()), (0, 0), "{done}: {verified:?}");
+            manifest.write(path).unwrap();
+            match news.get(done) {
+                Some((name, Some(content))) => fs::write(path.join(name), content).unwrap(),
+                Some((name, None)) => fs::remove_file(path.join(name)).unwrap(),
+                None => {}
+            }
+        }
+        manifest.confirm();
+        manifest.write(path).unwrap();
+        let verified = verify(path).unwrap();
+        assert_eq!((verified.problems.len(), verified.interrupted.len(), verified.intact), (0, 0, 4));
+    }
+
+    #[test]
+    fn an_announced_file_with_another_content_is_still_a_problem() {
+        let folder = folder();
+        let mut manifest = Manifest::load(folder.path()).unwrap();
+        manifest.announce("0001.json", Some(b"new"));
+        manifest.announce("0002.json", Some(b"new"));
+        manifest.write(folder.path()).unwrap();
+        fs::write(folder.path().join("0001.json"), "planted").unwrap();
+        fs::write(folder.path().join("0002.json"), "planted").unwrap();
+        assert_eq!(messages(folder.path()).len(), 2);
     }
 }

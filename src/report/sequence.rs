@@ -1,10 +1,11 @@
 //! `sequence.csv`: one row a scan, rewritten after each of them.
 
 use super::csv::{optional, parse, text_field};
-use super::words::{Counts, clean, worst_first};
+use super::words::{Counts, worst_first};
 use super::{ascii::number, atomic};
 use crate::diagnostic::Diagnostic;
 use crate::inspect::{InspectionResult, Outcome};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -12,13 +13,14 @@ use std::path::Path;
 pub const FILE: &str = "sequence.csv";
 
 /// Its columns.
-pub const HEADER: &str = "scan,taken,status,verdict,side,points_kept,best_fit_rms_mm,margin,pass,fail,undecided,\
+pub const HEADER: &str = "scan,result,taken,status,verdict,side,points_kept,best_fit_rms_mm,margin,pass,fail,undecided,\
 not_measured,worst_point,worst_deviation_mm,worst_tolerance_ratio,reason,scan_sha256,plan_sha256,cad_sha256";
 
-/// The row of one scan, without its line feed. Empty fields where nothing was measured.
-pub fn row(result: &InspectionResult) -> String {
+/// The row of one scan, without its line feed; `name` is that of its result files, without their ending. Empty fields
+/// where nothing was measured.
+pub fn row(name: &str, result: &InspectionResult) -> String {
     let id = &result.identity;
-    let mut fields = vec![text_field(&id.scan_file), text_field(id.scan_taken.as_deref().unwrap_or(""))];
+    let mut fields = [&id.scan_file, name, id.scan_taken.as_deref().unwrap_or("")].map(text_field).to_vec();
     match &result.outcome {
         Outcome::Refused(refusal) => {
             fields.push("refused".to_owned());
@@ -53,11 +55,46 @@ pub fn row(result: &InspectionResult) -> String {
     fields.join(",")
 }
 
+/// A scan that has a row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// The scan's file name.
+    pub scan: String,
+    /// The name of its result files, without their ending; no two rows share it.
+    pub result: String,
+    /// Whether the scan was refused.
+    pub refused: bool,
+    /// The whole row as it stands in the file.
+    text: String,
+    /// Hashes of scan, plan and CAD; `None` when the scan's bytes could not be read.
+    content: Option<String>,
+}
+
+impl Row {
+    /// A row from its fields and its text; `None` when it has not the table's columns.
+    fn try_new(fields: &[String], text: String) -> Option<Self> {
+        let [scan, result, _, status, .., scan_sha256, plan_sha256, cad_sha256] = fields else { return None };
+        let complete = fields.len() == HEADER.split(',').count();
+        complete.then(|| Self {
+            scan: scan.clone(),
+            result: result.clone(),
+            refused: status == "refused",
+            text,
+            content: (!scan_sha256.is_empty()).then(|| content_key(scan_sha256, plan_sha256, cad_sha256)),
+        })
+    }
+}
+
+fn content_key(scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> String {
+    format!("{scan_sha256} {plan_sha256} {cad_sha256}")
+}
+
 /// The table with a row for every scan inspected so far, in the order of their first inspection.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SequenceTable {
-    /// Scan name as the file has it, and the whole row.
-    rows: Vec<(String, String)>,
+    rows: Vec<Row>,
+    by_result: BTreeMap<String, usize>,
+    by_content: BTreeMap<String, usize>,
 }
 
 impl SequenceTable {
@@ -71,59 +108,71 @@ impl SequenceTable {
             Err(error) => return Err(Diagnostic::error(format!("cannot read: {error}")).in_file(&path)),
         };
         let records = parse(&text);
-        let columns = HEADER.split(',').count();
         let foreign = || {
             Diagnostic::error("has other columns than this program writes")
                 .in_file(&path)
                 .with_help("move the file away, or give another results folder")
         };
         let Some((header, records)) = records.split_first() else { return Ok(Self::default()) };
-        if header.join(",") != HEADER || records.iter().any(|r| r.len() != columns) {
+        if header.join(",") != HEADER {
             return Err(foreign());
         }
-        // Fields are written again as they were: text by our quoting, numbers need none (and must not get one).
-        let encode = |record: &Vec<String>| {
-            let encoded: Vec<String> = record.iter().map(|field| quoted(field)).collect();
-            (record[0].clone(), encoded.join(","))
-        };
-        Ok(Self { rows: records.iter().map(encode).collect() })
+        let mut table = Self::default();
+        for record in records {
+            // Fields are written again as they were: text by our quoting, numbers need none (and must not get one).
+            let text = record.iter().map(|field| quoted(field)).collect::<Vec<_>>().join(",");
+            table.insert(Row::try_new(record, text).ok_or_else(foreign)?);
+        }
+        Ok(table)
     }
 
-    /// Under which scan's name the same bytes were inspected before, by the same plan and CAD.
-    pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<String> {
-        let hashes = [scan_sha256, plan_sha256, cad_sha256];
-        self.rows.iter().find_map(|(name, row)| {
-            let fields = parse(row).into_iter().next()?;
-            let tail = fields.len().checked_sub(hashes.len())?;
-            (fields[tail..] == hashes).then(|| name.clone())
-        })
+    /// Where the same bytes were inspected before, by the same plan and CAD.
+    pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<&Row> {
+        let index = self.by_content.get(&content_key(scan_sha256, plan_sha256, cad_sha256))?;
+        self.rows.get(*index)
     }
 
-    /// How many scans have a row.
-    pub fn len(&self) -> usize {
-        self.rows.len()
+    /// The rows in their order.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
     }
 
-    /// Whether no scan has a row.
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+    /// Adds the row of a scan whose result files have this name, or replaces the row of the same name.
+    pub fn put(&mut self, name: &str, result: &InspectionResult) {
+        let text = row(name, result);
+        let fields = parse(&text).into_iter().next().unwrap_or_default();
+        // Our own row has the table's columns.
+        if let Some(row) = Row::try_new(&fields, text) {
+            self.insert(row);
+        }
     }
 
-    /// Adds the row of a scan, or replaces it when the scan was inspected before.
-    pub fn put(&mut self, result: &InspectionResult) {
-        let row = row(result);
-        let key = parse(&row).into_iter().flatten().next().unwrap_or_else(|| clean(&result.identity.scan_file));
-        match self.rows.iter_mut().find(|(name, _)| *name == key) {
-            Some(known) => known.1 = row,
-            None => self.rows.push((key, row)),
+    fn insert(&mut self, row: Row) {
+        let content = row.content.clone();
+        match self.by_result.get(&row.result) {
+            Some(&index) => {
+                let content_changed = self.rows[index].content != row.content;
+                self.rows[index] = row;
+                if content_changed {
+                    let contents = self.rows.iter().enumerate();
+                    self.by_content = contents.filter_map(|(k, row)| Some((row.content.clone()?, k))).collect();
+                }
+            }
+            None => {
+                self.by_result.insert(row.result.clone(), self.rows.len());
+                if let Some(content) = content {
+                    self.by_content.insert(content, self.rows.len());
+                }
+                self.rows.push(row);
+            }
         }
     }
 
     /// The whole file.
     pub fn to_csv(&self) -> String {
         let mut text = format!("{HEADER}\n");
-        for (_, row) in &self.rows {
-            text.push_str(row);
+        for row in &self.rows {
+            text.push_str(&row.text);
             text.push('\n');
         }
         text
@@ -156,51 +205,84 @@ mod tests {
 
     #[test]
     fn golden_rows() {
-        let id = example::bracket().identity;
-        let hashes = format!("{},{}", id.plan_sha256, id.cad_sha256);
-        let scan = id.scan_sha256.unwrap();
-        assert_eq!(
-            row(&example::bracket()),
-            format!(
-                "0017.ply,,measured,fail,top,1313042,0.112000,4.200000,6,2,2,1,E03,-0.958000,1.368571,,{scan},{hashes}"
-            )
+        let golden = |result: &InspectionResult, fields: &str| {
+            let row = row("0017", result);
+            let id = &result.identity;
+            let hashes = [id.scan_sha256.as_deref().unwrap_or(""), &id.plan_sha256, &id.cad_sha256].join(",");
+            assert_eq!(row, format!("{fields},{hashes}"));
+        };
+        golden(
+            &example::bracket(),
+            "0017.ply,0017,,measured,fail,top,1313042,0.112000,4.200000,6,2,2,1,E03,-0.958000,1.368571,",
         );
-        // The refused scan of the example could not even be read: it has no hash.
-        assert_eq!(
-            row(&example::refused()),
-            format!(
-                "0017.ply,,refused,,,,,,,,,,,,,\"the scan is cut off after 1,204,331 of 2,000,000 points\",,{hashes}"
-            )
+        golden(
+            &example::refused(),
+            "0017.ply,0017,,refused,,,,,,,,,,,,,\"the scan is cut off after 1,204,331 of 2,000,000 points\"",
         );
-        let reason = "\"datum S1 not measured: 9 points on the rim, 40 are needed\"";
-        assert!(row(&example::degraded()).ends_with(&format!("P01,,,{reason},{scan},{hashes}")));
+        let degraded = row("0017", &example::degraded());
+        assert!(
+            degraded.contains("P01,,,\"datum S1 not measured: 9 points on the rim, 40 are needed\","),
+            "{degraded}"
+        );
     }
 
     #[test]
     fn a_loaded_table_goes_on_byte_for_byte() {
         let folder = tempfile::tempdir().unwrap();
         let mut table = SequenceTable::default();
-        for scan in ["0001.ply", "=cmd|x,\"0002\".ply", "it's; 3.ply"] {
-            table.put(&named(example::bracket(), scan));
+        for scan in ["0001", "=cmd|x,\"0002\"", "it's; 3"] {
+            table.put(scan, &named(example::bracket(), &format!("{scan}.ply")));
         }
-        table.put(&named(example::refused(), "0004.ply"));
+        table.put("0004", &named(example::refused(), "0004.ply"));
         table.write(folder.path()).unwrap();
         let mut loaded = SequenceTable::load(folder.path()).unwrap();
         assert_eq!(loaded, table);
         assert_eq!(loaded.to_csv(), table.to_csv());
 
         // Inspected again: the row changes in its place, no scan gets two.
-        loaded.put(&named(example::refused(), "=cmd|x,\"0002\".ply"));
-        assert_eq!(loaded.len(), 4);
+        loaded.put("=cmd|x,\"0002\"", &named(example::refused(), "=cmd|x,\"0002\".ply"));
+        assert_eq!(loaded.rows().len(), 4);
         let text = loaded.to_csv();
         let second = text.lines().nth(2).unwrap();
         assert!(second.starts_with("\"'=cmd") && second.contains("refused"), "{second}");
     }
 
     #[test]
+    fn scans_of_one_name_have_rows_of_their_own() {
+        let mut table = SequenceTable::default();
+        table.put("0017", &example::bracket());
+        table.put("0017.ply", &example::refused());
+        let rows: Vec<_> = table.rows().iter().map(|r| (r.scan.as_str(), r.result.as_str(), r.refused)).collect();
+        assert_eq!(rows, [("0017.ply", "0017", false), ("0017.ply", "0017.ply", true)]);
+    }
+
+    #[test]
+    fn a_content_is_known_until_its_row_tells_of_another() {
+        let with_content = |content: &str| {
+            let mut result = example::bracket();
+            result.identity.scan_sha256 = Some(content.to_owned());
+            result
+        };
+        let id = example::bracket().identity;
+        let mut table = SequenceTable::default();
+        table.put("1", &with_content("aa"));
+        table.put("2", &with_content("bb"));
+        let known = |table: &SequenceTable, content: &str, plan: &str| {
+            table.inspected_as(content, plan, &id.cad_sha256).map(|row| row.result.clone())
+        };
+        assert_eq!(known(&table, "aa", &id.plan_sha256).as_deref(), Some("1"));
+        assert_eq!(known(&table, "bb", &id.plan_sha256).as_deref(), Some("2"));
+        assert_eq!(known(&table, "bb", "another plan"), None);
+        table.put("1", &with_content("cc"));
+        assert_eq!(known(&table, "aa", &id.plan_sha256), None);
+        assert_eq!(known(&table, "cc", &id.plan_sha256).as_deref(), Some("1"));
+        assert_eq!(known(&table, "bb", &id.plan_sha256).as_deref(), Some("2"));
+    }
+
+    #[test]
     fn a_foreign_table_is_not_overwritten() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(SequenceTable::load(folder.path()).unwrap().is_empty());
+        assert!(SequenceTable::load(folder.path()).unwrap().rows().is_empty());
         fs::write(folder.path().join(FILE), "a,b\n1,2\n").unwrap();
         assert!(SequenceTable::load(folder.path()).unwrap_err().message.contains("other columns"));
     }

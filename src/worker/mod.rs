@@ -2,13 +2,21 @@
 //!
 //! Below this layer nothing prints, looks at a clock or starts a thread; above it nobody computes.
 
+mod arrivals;
 pub mod clock;
+mod examine;
+pub mod names;
+pub mod request;
 pub mod results;
 pub mod scans;
 pub mod sequence;
 pub mod watch;
+mod words;
 
-pub use sequence::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings, one_line, prepare_part, run_sequence};
+pub use examine::{part_settings, prepare_part};
+pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
+pub use sequence::run_sequence;
+pub use words::one_line;
 
 use crate::diagnostic::Diagnostic;
 use crate::inspect::InspectionResult;
@@ -21,7 +29,7 @@ use std::thread::JoinHandle;
 /// What a job tells while it runs.
 #[derive(Debug, Clone)]
 pub enum Event {
-    /// Problems of the plan, errors and warnings; may be empty.
+    /// Problems of the plan or of the results folder, errors and warnings; may be empty.
     Problems(Vec<Diagnostic>),
     /// The CAD is ready.
     Prepared {
@@ -30,7 +38,7 @@ pub enum Event {
         /// From the cache, or built.
         cache: CacheUse,
     },
-    /// A scan is begun.
+    /// A scan is begun. `Finished` follows, or else `Waiting` or `Known` (or neither, when it is dropped or gone).
     Started {
         /// From 1.
         index: usize,
@@ -71,6 +79,10 @@ pub enum Event {
     FolderLost(Diagnostic),
     /// The watched folder is there again.
     FolderBack,
+    /// The results of a watched folder's scan cannot be written; that is tried again and again, no scan is begun meanwhile.
+    ResultsLost(Diagnostic),
+    /// Results can be written again.
+    ResultsBack,
 }
 
 /// Takes a job's events; called on the job's thread.

@@ -1,10 +1,9 @@
-//! The scans of a plan: which files, in which order, taken when, and under which name their results go.
+//! The scans of a plan: which files, in which order, taken when.
 
 use super::watch::Listed;
 use crate::diagnostic::Diagnostic;
 use crate::plan::{ScanOrder, ScanSettings, Taken};
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::SystemTime;
 
 /// Whether links in the folder count as files.
@@ -15,6 +14,10 @@ pub enum Links {
     /// Links are left alone: nobody lays one into a watched folder by honest means.
     Ignore,
 }
+
+/// Hidden files are programs' own affairs (copies under way, other systems' side files), unless the pattern names them.
+const MATCHING: glob::MatchOptions =
+    glob::MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: true };
 
 /// Lists the scans of the plan's folder, in the plan's order. Files that end in `.part` are still being written and
 /// are left out.
@@ -29,8 +32,8 @@ pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, 
     let mut files = Vec::new();
     for entry in folder.flatten() {
         let name = entry.file_name();
-        let Some(name) = name.to_str() else { continue };
-        if !pattern.matches(name) || name.to_ascii_lowercase().ends_with(".part") {
+        let name = name.to_string_lossy();
+        if !pattern.matches_with(&name, MATCHING) || name.to_ascii_lowercase().ends_with(".part") {
             continue;
         }
         let path = entry.path();
@@ -80,49 +83,9 @@ fn iso_utc(time: SystemTime) -> Result<String, String> {
     Ok(timestamp.round(jiff::Unit::Second).map_err(|e| e.to_string())?.to_string())
 }
 
-/// Gives each scan the name of its result files: the stem, unless another scan has it already.
-#[derive(Debug, Default)]
-pub struct ResultNames {
-    owner_of: BTreeMap<String, PathBuf>,
-}
-
-impl ResultNames {
-    /// The result name of a scan; the same file keeps its name.
-    pub fn name_for(&mut self, scan: &Path) -> String {
-        let text = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let (stem, full) = (text(scan.file_stem()), text(scan.file_name()));
-        let numbered = (2..).map(|n| format!("{full} ({n})"));
-        for name in [stem, full.clone()].into_iter().chain(numbered) {
-            // `sequence.csv` and `manifest.sha256` belong to the folder.
-            if name.is_empty() || name == "sequence" || name == "manifest" {
-                continue;
-            }
-            match self.owner_of.get(&name) {
-                Some(owner) if owner != scan => {}
-                _ => {
-                    self.owner_of.insert(name.clone(), scan.to_path_buf());
-                    return name;
-                }
-            }
-        }
-        full
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn two_scans_never_share_a_result() {
-        let mut names = ResultNames::default();
-        assert_eq!(names.name_for(Path::new("a/1.ply")), "1");
-        assert_eq!(names.name_for(Path::new("a/1.xyz")), "1.xyz");
-        assert_eq!(names.name_for(Path::new("b/1.ply")), "1.ply");
-        assert_eq!(names.name_for(Path::new("c/1.ply")), "1.ply (2)");
-        assert_eq!(names.name_for(Path::new("a/1.ply")), "1");
-        assert_eq!(names.name_for(Path::new("a/sequence.ply")), "sequence.ply");
-    }
 
     #[test]
     fn the_date_comes_from_the_name() {
@@ -136,14 +99,14 @@ mod tests {
     #[test]
     fn listing_takes_the_pattern_and_leaves_parts_and_folders() {
         let dir = tempfile::tempdir().unwrap();
-        for name in ["b.ply", "a.ply", "c.ply.part", "d.txt"] {
+        for name in ["b.ply", "a.ply", "c.ply.part", "d.txt", "._a.ply"] {
             std::fs::write(dir.path().join(name), b"x").unwrap();
         }
         std::fs::create_dir(dir.path().join("e.ply")).unwrap();
         let settings = ScanSettings {
             folder: "x".into(),
             path: dir.path().to_path_buf(),
-            pattern: "*.ply*".into(),
+            pattern: "*.p*y*".into(),
             unit: crate::plan::LengthUnit::Mm,
             order: ScanOrder::Name,
             taken: Taken::None,

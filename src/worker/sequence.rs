@@ -1,103 +1,20 @@
-//! A sequence of scans: read, inspect, report, one after the other; or, watching, each as it arrives.
+//! A sequence of scans: read, inspect, report, one after the other.
 
 use super::clock::{StageClock, timings_line};
+use super::examine::{Examined, Examiner, load, prepare_part};
+use super::request::{SequenceRequest, SequenceSummary, StopSwitch};
 use super::results::ResultsFolder;
-use super::scans::{Links, ResultNames, list_scans, taken};
-use super::watch::FolderWatch;
+use super::scans::{Links, list_scans};
+use super::watch::{Listed, NotYet};
 use super::{Event, Listener};
-use crate::diagnostic::{Diagnostic, ReadError, Refusal, Severity};
-use crate::inspect::{self, Identity, Inspected, InspectionResult, Outcome, Verdict};
-use crate::io;
-use crate::part::{self, CacheUse, Part, PartSettings};
-use crate::plan::{self, Plan};
-use crate::run::{CancelToken, Cancelled, RunContext, Stage};
+use crate::diagnostic::{Diagnostic, ReadError, Severity};
+use crate::inspect::{Inspected, Outcome};
+use crate::plan;
+use crate::run::{Cancelled, RunContext, Stage};
+use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-
-/// How a folder is watched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WatchSettings {
-    /// A file is taken when its size and time have been quiet for that long.
-    pub settle: Duration,
-    /// Time between two looks at the folder.
-    pub poll: Duration,
-}
-
-impl Default for WatchSettings {
-    fn default() -> Self {
-        Self { settle: Duration::from_secs(2), poll: Duration::from_millis(250) }
-    }
-}
-
-/// What to inspect.
-#[derive(Debug, Clone, Default)]
-pub struct SequenceRequest {
-    /// The plan.
-    pub plan_path: PathBuf,
-    /// Scans by name; none = all that the plan finds.
-    pub scans: Vec<PathBuf>,
-    /// Results folder instead of the plan's.
-    pub out: Option<PathBuf>,
-    /// Go on with each scan that arrives.
-    pub watch: Option<WatchSettings>,
-    /// File that gets one line of timings a scan.
-    pub timings: Option<PathBuf>,
-}
-
-/// The two ways of stopping: after the running part, or at once.
-#[derive(Debug, Clone, Default)]
-pub struct StopSwitch {
-    /// No further part is begun.
-    pub after_part: CancelToken,
-    /// The running part is dropped.
-    pub now: CancelToken,
-}
-
-impl StopSwitch {
-    fn is_on(&self) -> bool {
-        self.after_part.is_cancelled() || self.now.is_cancelled()
-    }
-}
-
-/// What came of a sequence.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct SequenceSummary {
-    /// Parts by verdict, in the order pass, undecided, incomplete, fail.
-    pub pass: usize,
-    /// Parts that nothing can be said of.
-    pub undecided: usize,
-    /// Parts with a point that was not measured.
-    pub incomplete: usize,
-    /// Parts out of tolerance.
-    pub fail: usize,
-    /// Scans that were refused.
-    pub refused: usize,
-    /// Somebody stopped it.
-    pub stopped: bool,
-    /// It could not go on.
-    pub error: Option<Diagnostic>,
-}
-
-impl SequenceSummary {
-    /// Scans that were measured.
-    pub fn measured(&self) -> usize {
-        self.pass + self.undecided + self.incomplete + self.fail
-    }
-
-    fn count(&mut self, outcome: &Outcome) {
-        match outcome {
-            Outcome::Refused(_) => self.refused += 1,
-            Outcome::Measured(inspection) => match inspection.verdict {
-                Verdict::Pass => self.pass += 1,
-                Verdict::Undecided => self.undecided += 1,
-                Verdict::NotMeasured => self.incomplete += 1,
-                Verdict::Fail => self.fail += 1,
-            },
-        }
-    }
-}
 
 /// Runs the whole sequence on this thread. Everything worth knowing goes to the listener as it happens.
 pub fn run_sequence(request: &SequenceRequest, stop: &StopSwitch, listener: Listener) -> SequenceSummary {
@@ -112,38 +29,39 @@ pub fn run_sequence(request: &SequenceRequest, stop: &StopSwitch, listener: List
                 summary.error = Some(diagnostic);
             }
         }
-        Ok(None) => {}
+        Ok(None) | Err(None) => {}
         Err(Some(diagnostic)) => summary.error = Some(*diagnostic),
-        Err(None) => {}
     }
     summary.stopped = stop.is_on();
     summary
 }
 
 /// The part and plan of a sequence, and where its results go.
-struct Sequence<'a> {
-    request: &'a SequenceRequest,
-    stop: &'a StopSwitch,
-    listener: Listener<'a>,
-    plan: Plan,
-    part: Part,
+pub(super) struct Sequence<'a> {
+    pub(super) request: &'a SequenceRequest,
+    pub(super) stop: &'a StopSwitch,
+    pub(super) listener: Listener<'a>,
+    pub(super) examiner: Examiner,
+    pub(super) results: ResultsFolder,
     prepare_ms: Option<f64>,
-    results: ResultsFolder,
-    names: ResultNames,
 }
 
 /// How one scan of the sequence ended.
-enum ScanEnd {
+pub(super) enum ScanEnd {
+    /// Its reports are written.
     Done(Outcome),
-    /// The file is cut off and a watcher should wait for the rest.
-    CutOff(Box<Diagnostic>),
+    /// Watching: the same content was inspected before.
+    Known,
+    /// Watching: there is nothing to inspect yet; in words, if it needs any.
+    NotYet(NotYet, Option<Box<Diagnostic>>),
+    /// It is not there any more, or somebody stopped the job at once.
+    Dropped,
 }
 
-/// A cut-off file is refused in a sequence of files, and waited for in a watched folder.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum OnCutOff {
-    Refuse,
-    Wait,
+/// A result, or the reason why there is none.
+enum Look {
+    Result(Box<Inspected>),
+    End(ScanEnd),
 }
 
 impl<'a> Sequence<'a> {
@@ -162,6 +80,9 @@ impl<'a> Sequence<'a> {
             }
             return Err(Some(Box::new(Diagnostic::error("the plan cannot be used").in_file(&request.plan_path))));
         };
+        if let Some(path) = &request.timings {
+            timings_file(path).map_err(|e| Some(Box::new(no_timings(path, &e))))?;
+        }
         let clock = StageClock::default();
         let observe = |stage| {
             clock.enter(stage);
@@ -175,31 +96,34 @@ impl<'a> Sequence<'a> {
         let (_, prepare_ms) = clock.milliseconds();
         listener(Event::Prepared { part: part.warnings.clone(), cache });
         let folder = request.out.clone().unwrap_or_else(|| plan.output.path.clone());
-        let results = ResultsFolder::open(&folder, &plan.output.formats).map_err(|d| Some(Box::new(d)))?;
-        Ok(Some(Self {
-            request,
-            stop,
-            listener,
-            plan,
-            part,
-            prepare_ms: Some(prepare_ms),
-            results,
-            names: ResultNames::default(),
-        }))
+        let opened = ResultsFolder::open(&folder, &plan.output.formats);
+        let (results, warnings) = opened.map_err(|d| Some(Box::new(d)))?;
+        listener(Event::Problems(warnings));
+        let examiner = Examiner { plan, part };
+        Ok(Some(Self { request, stop, listener, examiner, results, prepare_ms: Some(prepare_ms) }))
+    }
+
+    /// The plan's scans as they lie in the folder now, without this program's own files.
+    pub(super) fn list(&mut self, links: Links) -> Result<Vec<Listed>, Diagnostic> {
+        let settings = &self.examiner.plan.scans;
+        let mut listing = list_scans(settings, links)?;
+        self.results.sift(&settings.path, &mut listing);
+        Ok(listing)
     }
 
     /// The scans named, or else all that the plan finds, in order.
     fn run_all(&mut self, summary: &mut SequenceSummary) -> Result<(), Diagnostic> {
-        let scans = if self.request.scans.is_empty() {
-            let found = list_scans(&self.plan.scans, Links::Follow)?;
-            found.into_iter().map(|l| l.path).collect()
+        let scans: Vec<PathBuf> = if self.request.scans.is_empty() {
+            self.list(Links::Follow)?.into_iter().map(|l| l.path).collect()
         } else {
+            self.results.keep_scans(&self.request.scans);
             self.request.scans.clone()
         };
         if scans.is_empty() {
-            let message = format!("no scan matches \"{}\"", self.plan.scans.pattern);
+            let settings = &self.examiner.plan.scans;
+            let message = format!("no scan matches \"{}\"", settings.pattern);
             return Err(Diagnostic::error(message)
-                .in_file(&self.plan.scans.path)
+                .in_file(&settings.path)
                 .with_help("put scans there, change [scans] in the plan, or name scans on the command line"));
         }
         let of = scans.len();
@@ -208,240 +132,119 @@ impl<'a> Sequence<'a> {
                 return Ok(());
             }
             (self.listener)(Event::Started { index: index + 1, of: Some(of), scan: scan.clone() });
-            match self.one_scan(scan, OnCutOff::Refuse)? {
-                Some(ScanEnd::Done(outcome)) => summary.count(&outcome),
-                Some(ScanEnd::CutOff(_)) | None => {}
+            if let ScanEnd::Done(outcome) = self.one_scan(scan, None)? {
+                summary.count(&outcome);
             }
         }
         Ok(())
     }
 
-    /// Takes each scan as it arrives, until somebody stops it.
-    fn watch(&mut self, watch: WatchSettings, summary: &mut SequenceSummary) -> Result<(), Diagnostic> {
-        let mut folder = FolderWatch::new(watch.settle);
-        let mut lost = false;
-        let mut index = 0;
-        (self.listener)(Event::Watching { folder: self.plan.scans.path.clone() });
-        while !self.stop.is_on() {
-            match list_scans(&self.plan.scans, Links::Ignore) {
-                Ok(listing) => {
-                    if std::mem::take(&mut lost) {
-                        (self.listener)(Event::FolderBack);
-                    }
-                    for scan in folder.look(Instant::now(), &listing) {
-                        if self.stop.is_on() {
-                            return Ok(());
-                        }
-                        if self.is_known(&scan) {
-                            continue;
-                        }
-                        index += 1;
-                        (self.listener)(Event::Started { index, of: None, scan: scan.clone() });
-                        match self.one_scan(&scan, OnCutOff::Wait)? {
-                            Some(ScanEnd::Done(outcome)) => summary.count(&outcome),
-                            Some(ScanEnd::CutOff(diagnostic)) => {
-                                folder.wait_for(&scan);
-                                (self.listener)(Event::Waiting { scan, why: *diagnostic });
-                            }
-                            None => {}
-                        }
-                    }
-                }
-                Err(diagnostic) if !lost => {
-                    lost = true;
-                    (self.listener)(Event::FolderLost(diagnostic));
-                }
-                Err(_) => {}
-            }
-            std::thread::sleep(watch.poll);
-        }
-        Ok(())
-    }
-
-    /// Whether a scan of the same content was inspected by the same plan and CAD before, under whatever name.
-    fn is_known(&self, scan: &Path) -> bool {
-        let Ok(bytes) = io::read_file(scan) else { return false };
-        let sha256 = io::sha256_hex(&bytes);
-        match self.results.inspected_as(&sha256, &self.plan.sha256, &self.part.cad_sha256) {
-            Some(name) => {
-                (self.listener)(Event::Known { scan: scan.to_path_buf(), inspected_as: name });
-                true
-            }
-            None => false,
-        }
-    }
-
-    /// One scan, from its bytes to its reports. `None`: dropped because somebody stopped it at once.
-    fn one_scan(&mut self, scan: &Path, on_cut_off: OnCutOff) -> Result<Option<ScanEnd>, Diagnostic> {
+    /// One scan, from its bytes to its reports. With `watched`, the listing that made it ready, a scan that is not whole
+    /// is left for later, and one that was inspected before is left alone. The error: results cannot be written.
+    pub(super) fn one_scan(&mut self, scan: &Path, watched: Option<&Listed>) -> Result<ScanEnd, Diagnostic> {
         let clock = StageClock::default();
-        let listener = self.listener;
+        let (listener, stop) = (self.listener, self.stop);
         let observe = |stage| {
             clock.enter(stage);
             listener(Event::Stage(stage));
         };
-        let run = RunContext::new(&self.stop.now, &observe);
-        let inspected = match self.inspect_guarded(scan, &run) {
-            Ok(Ok(inspected)) => inspected,
-            Ok(Err(diagnostic)) if on_cut_off == OnCutOff::Wait => return Ok(Some(ScanEnd::CutOff(diagnostic))),
-            Ok(Err(diagnostic)) => {
-                let refusal = refusal_of(&diagnostic);
-                Inspected { result: inspect::refused(&self.plan, self.identity(scan, None), refusal), scan: None }
-            }
-            Err(Cancelled) => return Ok(None),
-        };
-        if run.enter(Stage::Report).is_err() {
-            return Ok(None);
+        let run = RunContext::new(&stop.now, &observe);
+        match self.look_into(scan, watched, &run) {
+            Ok(Look::Result(inspected)) => self.hand_in(scan, *inspected, &clock, &run),
+            Ok(Look::End(end)) => Ok(end),
+            Err(Cancelled) => Ok(ScanEnd::Dropped),
         }
-        let name = self.names.name_for(scan);
-        let files = self.results.write(&name, &inspected, &self.part)?;
-        self.append_timings(scan, &clock)?;
+    }
+
+    fn look_into(&self, scan: &Path, watched: Option<&Listed>, run: &RunContext) -> Result<Look, Cancelled> {
+        let loaded = load(scan, run)?;
+        let loaded = match (loaded, watched) {
+            (Ok(loaded), _) => loaded,
+            (Err(fault), None) => return Ok(Look::Result(Box::new(self.examiner.refused(scan, None, &fault)))),
+            (Err(fault), Some(_)) => {
+                // A scan that somebody took away again needs no word.
+                let gone = std::fs::symlink_metadata(scan).is_err();
+                return Ok(Look::End(if gone { ScanEnd::Dropped } else { not_yet(NotYet::Unreadable, *fault) }));
+            }
+        };
+        let sha256 = loaded.sha256.clone();
+        if let Some(listed) = watched {
+            if !listed.is_still_so() || loaded.bytes.len() as u64 != listed.size {
+                return Ok(Look::End(ScanEnd::NotYet(NotYet::Changed, None)));
+            }
+            let (plan, part) = (&self.examiner.plan, &self.examiner.part);
+            if let Some(row) = self.results.inspected_as(&sha256, &plan.sha256, &part.cad_sha256) {
+                // A file that an earlier run refused because it was cut off still waits for its rest.
+                let cut_off = if row.refused { self.examiner.cut_off(scan, &loaded.bytes, run) } else { None };
+                return Ok(Look::End(match cut_off {
+                    Some(fault) => not_yet(NotYet::CutOff, *fault),
+                    None => {
+                        let inspected_as = row.scan.clone();
+                        (self.listener)(Event::Known { scan: scan.to_path_buf(), inspected_as });
+                        ScanEnd::Known
+                    }
+                }));
+            }
+        }
+        Ok(match self.examiner.examine(scan, loaded, run)? {
+            Examined::Done(inspected) => Look::Result(inspected),
+            Examined::CutOff(fault) if watched.is_some() => Look::End(not_yet(NotYet::CutOff, *fault)),
+            Examined::CutOff(fault) => Look::Result(Box::new(self.examiner.refused(scan, Some(sha256), &fault))),
+        })
+    }
+
+    /// Prints and writes the reports.
+    fn hand_in(
+        &mut self,
+        scan: &Path,
+        mut inspected: Inspected,
+        clock: &StageClock,
+        run: &RunContext,
+    ) -> Result<ScanEnd, Diagnostic> {
+        if run.enter(Stage::Report).is_err() {
+            return Ok(ScanEnd::Dropped);
+        }
+        let (results, part) = (&mut self.results, &self.examiner.part);
+        let printed = catch_unwind(AssertUnwindSafe(|| results.print(scan, &inspected, part)));
+        let (name, printed) = printed.unwrap_or_else(|panic| {
+            let sha256 = inspected.result.identity.scan_sha256.take();
+            inspected = self.examiner.broken(scan, sha256, &*panic);
+            self.results.print(scan, &inspected, &self.examiner.part)
+        });
+        let files = self.results.store(&name, printed, &inspected)?;
+        self.append_timings(scan, clock);
         let outcome = inspected.result.outcome.clone();
         (self.listener)(Event::Finished { result: Box::new(inspected.result), files });
-        Ok(Some(ScanEnd::Done(outcome)))
+        Ok(ScanEnd::Done(outcome))
     }
 
-    /// A panic becomes a refused scan: the sequence lives on.
-    fn inspect_guarded(&self, scan: &Path, run: &RunContext) -> Result<Result<Inspected, Box<Diagnostic>>, Cancelled> {
-        match catch_unwind(AssertUnwindSafe(|| self.read_and_inspect(scan, run))) {
-            Ok(end) => end,
-            Err(panic) => {
-                let words = panic
-                    .downcast_ref::<String>()
-                    .map(String::as_str)
-                    .or_else(|| panic.downcast_ref::<&str>().copied())
-                    .unwrap_or("no further words");
-                let refusal = Refusal::new(
-                    format!("an internal fault stopped the inspection: {words}"),
-                    "keep this scan and send it to the maintainers; the sequence goes on",
-                );
-                Ok(Ok(Inspected {
-                    result: inspect::refused(&self.plan, self.identity(scan, None), refusal),
-                    scan: None,
-                }))
-            }
-        }
-    }
-
-    fn read_and_inspect(&self, scan: &Path, run: &RunContext) -> Result<Result<Inspected, Box<Diagnostic>>, Cancelled> {
-        run.enter(Stage::Read)?;
-        let bytes = match io::read_file(scan) {
-            Ok(bytes) => bytes,
-            Err(error) => return self.unreadable(scan, None, error),
-        };
-        run.enter(Stage::Hash)?;
-        let identity = self.identity(scan, Some(io::sha256_hex(&bytes)));
-        run.enter(Stage::Read)?;
-        let cloud = match io::read_cloud(&bytes, scan, self.plan.scans.unit, run) {
-            Ok(cloud) => cloud,
-            Err(error) => return self.unreadable(scan, identity.scan_sha256, error),
-        };
-        drop(bytes);
-        let mut inspected = inspect::inspect(&self.plan, &self.part, cloud, identity, run)?;
-        if let (Err(words), Outcome::Measured(inspection)) =
-            (taken(&self.plan.scans.taken, scan), &mut inspected.result.outcome)
-        {
-            inspection.warnings.push(words);
-        }
-        Ok(Ok(inspected))
-    }
-
-    fn unreadable(
-        &self,
-        scan: &Path,
-        sha256: Option<String>,
-        error: ReadError,
-    ) -> Result<Result<Inspected, Box<Diagnostic>>, Cancelled> {
-        match error {
-            ReadError::Cancelled(cancelled) => Err(cancelled),
-            ReadError::CutOff(diagnostic) => Ok(Err(diagnostic)),
-            ReadError::Bad(diagnostic) => {
-                let result = inspect::refused(&self.plan, self.identity(scan, sha256), refusal_of(&diagnostic));
-                Ok(Ok(Inspected { result, scan: None }))
-            }
-        }
-    }
-
-    fn identity(&self, scan: &Path, scan_sha256: Option<String>) -> Identity {
-        let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Identity {
-            part_name: self.plan.part.name.clone(),
-            part_number: self.plan.part.number.clone(),
-            part_revision: self.plan.part.revision.clone(),
-            plan_file: name(&self.plan.path),
-            plan_sha256: self.plan.sha256.clone(),
-            cad_file: self.plan.cad.file.clone(),
-            cad_sha256: self.part.cad_sha256.clone(),
-            cad_triangles: self.part.triangles_in_file,
-            scan_file: name(scan),
-            scan_sha256,
-            scan_taken: taken(&self.plan.scans.taken, scan).ok().flatten(),
-        }
-    }
-
-    fn append_timings(&mut self, scan: &Path, clock: &StageClock) -> Result<(), Diagnostic> {
-        let Some(path) = &self.request.timings else { return Ok(()) };
+    /// Times are for engineers: a line that is lost does not stop production.
+    fn append_timings(&mut self, scan: &Path, clock: &StageClock) {
+        let Some(path) = &self.request.timings else { return };
         let name = scan.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let line = timings_line(&name, clock, self.prepare_ms.take());
-        std::fs::OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(path)
-            .and_then(|mut file| writeln!(file, "{line}"))
-            .map_err(|e| Diagnostic::error(format!("the timings cannot be written: {e}")).in_file(path))
-    }
-}
-
-/// Prepares the plan's CAD, from its cache where that is good.
-pub fn prepare_part(plan: &Plan, run: &RunContext) -> Result<(Part, CacheUse), ReadError> {
-    run.enter(Stage::Prepare)?;
-    let cache = part::cache_path(&plan.cad.path);
-    part::load_or_prepare(&plan.cad, &part_settings(plan), Some(&cache), run)
-}
-
-/// What of a plan the prepared CAD depends on.
-pub fn part_settings(plan: &Plan) -> PartSettings {
-    let features = plan.features.iter().map(|f| &f.geometry);
-    let points = plan.comparison.iter().map(|p| &p.geometry);
-    PartSettings {
-        cad_side: plan.part.cad_side,
-        thickness_mm: plan.part.thickness_mm,
-        plan_directions: features.chain(points).map(|g| (g.position(), g.sheet_normal())).collect(),
-    }
-}
-
-/// A file's fault as the reason of a refused scan. Its folder is left out: the same scan gives the same report
-/// wherever it lies.
-fn refusal_of(diagnostic: &Diagnostic) -> Refusal {
-    let place = match (&diagnostic.file, diagnostic.line) {
-        (Some(file), line) => {
-            let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-            line.map_or_else(|| format!("{name}: "), |line| format!("{name}:{line}: "))
+        if let Err(e) = timings_file(path).and_then(|mut file| writeln!(file, "{line}")) {
+            let warning = Diagnostic { severity: Severity::Warning, ..no_timings(path, &e) };
+            (self.listener)(Event::Problems(vec![warning]));
         }
-        (None, _) => String::new(),
+    }
+}
+
+/// A scan to wait for, with the words for it.
+fn not_yet(why: NotYet, fault: Diagnostic) -> ScanEnd {
+    let help = match why {
+        NotYet::CutOff => "waiting for the rest; the scan is inspected as soon as it is whole",
+        NotYet::Unreadable | NotYet::Changed => "waiting; it is tried again until it can be read",
     };
-    let help = diagnostic.help.clone().unwrap_or_else(|| "copy the scan again; the sequence goes on".into());
-    Refusal::new(format!("{place}{}", diagnostic.message), help)
+    ScanEnd::NotYet(why, Some(Box::new(Diagnostic { severity: Severity::Warning, ..fault.with_help(help) })))
 }
 
-/// What a result says in one line, for lists and the command line.
-pub fn one_line(result: &InspectionResult) -> String {
-    let scan = &result.identity.scan_file;
-    match &result.outcome {
-        Outcome::Refused(refusal) => format!("{scan}\trefused\t{}", refusal.reason),
-        Outcome::Measured(inspection) => {
-            let side = inspection.best_fit.side.map_or("side unknown".into(), |s| format!("seen from the {}", s.key()));
-            let count = |verdict| inspection.points.iter().filter(|p| p.verdict == verdict).count();
-            let counts: Vec<String> = [
-                (count(Verdict::Fail), "out of tolerance"),
-                (count(Verdict::NotMeasured), "not measured"),
-                (count(Verdict::Undecided), "undecided"),
-                (count(Verdict::Pass), "in tolerance"),
-            ]
-            .iter()
-            .filter(|(n, _)| *n > 0)
-            .map(|(n, words)| format!("{n} {words}"))
-            .collect();
-            format!("{scan}\t{}\t{side}\t{}", inspection.verdict.part_key(), counts.join(", "))
-        }
-    }
+fn timings_file(path: &Path) -> std::io::Result<File> {
+    OpenOptions::new().create(true).append(true).open(path)
+}
+
+fn no_timings(path: &Path, error: &std::io::Error) -> Diagnostic {
+    Diagnostic::error(format!("the timings cannot be written: {error}"))
+        .in_file(path)
+        .with_help("give another file with --timings")
 }

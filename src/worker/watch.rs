@@ -2,7 +2,7 @@
 //!
 //! The folder is polled: events of the operating system are not reliable on network shares.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -17,6 +17,13 @@ pub struct Listed {
     pub modified: Option<SystemTime>,
 }
 
+impl Listed {
+    /// Whether the file's size and time are as they were listed.
+    pub fn is_still_so(&self) -> bool {
+        std::fs::metadata(&self.path).is_ok_and(|m| m.len() == self.size && m.modified().ok() == self.modified)
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
     /// Seen, not quiet for long enough yet.
@@ -27,12 +34,25 @@ enum State {
     Waiting,
 }
 
+/// Why a file that was handed out could not be inspected yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotYet {
+    /// It ends in the middle: the rest must come, and with it another size or time.
+    CutOff,
+    /// The system does not let us read it, perhaps because its writer has it open: tried again and again.
+    Unreadable,
+    /// It changed while it was read.
+    Changed,
+}
+
 #[derive(Debug, Clone)]
 struct Seen {
     size: u64,
     modified: Option<SystemTime>,
     quiet_since: Instant,
     state: State,
+    /// What was told of it already.
+    told: Option<NotYet>,
 }
 
 /// Remembers what the folder showed and what was taken of it.
@@ -50,8 +70,9 @@ impl FolderWatch {
 
     /// Looks at the folder as it is now; returns the files that became ready, in the order of the listing. A file
     /// changed after it was taken becomes ready again; one that is gone is forgotten.
-    pub fn look(&mut self, now: Instant, listing: &[Listed]) -> Vec<PathBuf> {
-        self.seen.retain(|path, _| listing.iter().any(|l| &l.path == path));
+    pub fn look(&mut self, now: Instant, listing: &[Listed]) -> Vec<Listed> {
+        let there: BTreeSet<&Path> = listing.iter().map(|file| file.path.as_path()).collect();
+        self.seen.retain(|path, _| there.contains(path.as_path()));
         let mut ready = Vec::new();
         for file in listing {
             let seen = self.seen.entry(file.path.clone()).or_insert_with(|| Seen {
@@ -59,23 +80,28 @@ impl FolderWatch {
                 modified: file.modified,
                 quiet_since: now,
                 state: State::Settling,
+                told: None,
             });
             if (seen.size, seen.modified) != (file.size, file.modified) {
-                *seen = Seen { size: file.size, modified: file.modified, quiet_since: now, state: State::Settling };
+                let told = seen.told;
+                *seen =
+                    Seen { size: file.size, modified: file.modified, quiet_since: now, state: State::Settling, told };
             }
             if seen.state == State::Settling && now.duration_since(seen.quiet_since) >= self.settle {
                 seen.state = State::Taken;
-                ready.push(file.path.clone());
+                ready.push(file.clone());
             }
         }
         ready
     }
 
-    /// The file turned out to be cut off: it stays in sight until it changes.
-    pub fn wait_for(&mut self, path: &Path) {
-        if let Some(seen) = self.seen.get_mut(path) {
-            seen.state = State::Waiting;
-        }
+    /// The file could not be inspected yet: it stays in sight. Returns whether that is news to tell.
+    pub fn not_yet(&mut self, now: Instant, path: &Path, why: NotYet) -> bool {
+        let Some(seen) = self.seen.get_mut(path) else { return false };
+        seen.state = if why == NotYet::CutOff { State::Waiting } else { State::Settling };
+        seen.quiet_since = now;
+        // A file that is being written is an everyday thing.
+        why != NotYet::Changed && seen.told.replace(why) != Some(why)
     }
 
     /// Files that are in sight but not whole.
@@ -107,7 +133,7 @@ mod tests {
         assert!(watch.look(at(0.0), &[file("a.ply", 10)]).is_empty());
         assert!(watch.look(at(1.9), &[file("a.ply", 20)]).is_empty());
         assert!(watch.look(at(3.8), &[file("a.ply", 20)]).is_empty());
-        assert_eq!(watch.look(at(3.9), &[file("a.ply", 20)]), [PathBuf::from("a.ply")]);
+        assert_eq!(watch.look(at(3.9), &[file("a.ply", 20)]), [file("a.ply", 20)]);
         assert!(watch.look(at(60.0), &[file("a.ply", 20)]).is_empty());
     }
 
@@ -118,12 +144,30 @@ mod tests {
         let mut watch = FolderWatch::new(SETTLE);
         watch.look(at(0), &[file("a.ply", 10)]);
         assert_eq!(watch.look(at(2), &[file("a.ply", 10)]).len(), 1);
-        watch.wait_for(Path::new("a.ply"));
+        let told = |watch: &mut FolderWatch, s| watch.not_yet(at(s), Path::new("a.ply"), NotYet::CutOff);
+        assert!(told(&mut watch, 2));
         assert!(watch.look(at(100), &[file("a.ply", 10)]).is_empty());
         assert_eq!(watch.waiting().collect::<Vec<_>>(), [Path::new("a.ply")]);
         assert!(watch.look(at(101), &[file("a.ply", 30)]).is_empty());
         assert_eq!(watch.waiting().count(), 0);
         assert_eq!(watch.look(at(103), &[file("a.ply", 30)]).len(), 1);
+        assert!(!told(&mut watch, 103), "told once");
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_tried_again_without_a_change() {
+        let start = Instant::now();
+        let at = |s: u64| start + Duration::from_secs(s);
+        let mut watch = FolderWatch::new(SETTLE);
+        let listing = [file("a.ply", 10)];
+        watch.look(at(0), &listing);
+        for round in 1..4 {
+            assert_eq!(watch.look(at(2 * round), &listing).len(), 1);
+            let news = watch.not_yet(at(2 * round), Path::new("a.ply"), NotYet::Unreadable);
+            assert_eq!(news, round == 1);
+            assert!(watch.look(at(2 * round + 1), &listing).is_empty());
+        }
+        assert_eq!(watch.settling(), 1);
     }
 
     #[test]

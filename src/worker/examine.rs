@@ -1,0 +1,158 @@
+//! One scan from its file to its result. Whatever is wrong with it becomes a refused result: the sequence lives on.
+
+use super::scans::taken;
+use crate::diagnostic::{Diagnostic, ReadError, Refusal};
+use crate::inspect::{self, Identity, Inspected, Outcome};
+use crate::io;
+use crate::part::{self, CacheUse, Part, PartSettings};
+use crate::plan::Plan;
+use crate::run::{Cancelled, RunContext, Stage};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+/// Plan and part, to which every scan of a sequence is held.
+pub(super) struct Examiner {
+    pub(super) plan: Plan,
+    pub(super) part: Part,
+}
+
+/// The bytes of a scan, read once.
+pub(super) struct ScanBytes {
+    pub(super) bytes: Vec<u8>,
+    pub(super) sha256: String,
+}
+
+/// What a scan's bytes gave.
+pub(super) enum Examined {
+    /// A result, measured or refused.
+    Done(Box<Inspected>),
+    /// The file ends in the middle.
+    CutOff(Box<Diagnostic>),
+}
+
+/// Reads and hashes a scan. The inner error: the system does not give the file.
+pub(super) fn load(scan: &Path, run: &RunContext) -> Result<Result<ScanBytes, Box<Diagnostic>>, Cancelled> {
+    run.enter(Stage::Read)?;
+    let bytes = match io::read_file(scan) {
+        Ok(bytes) => bytes,
+        Err(ReadError::Cancelled(cancelled)) => return Err(cancelled),
+        Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => return Ok(Err(diagnostic)),
+    };
+    run.enter(Stage::Hash)?;
+    let sha256 = io::sha256_hex(&bytes);
+    Ok(Ok(ScanBytes { bytes, sha256 }))
+}
+
+impl Examiner {
+    /// Inspects the scan. A panic becomes a refused scan.
+    pub(super) fn examine(&self, scan: &Path, loaded: ScanBytes, run: &RunContext) -> Result<Examined, Cancelled> {
+        let sha256 = loaded.sha256.clone();
+        match catch_unwind(AssertUnwindSafe(|| self.read_and_inspect(scan, loaded, run))) {
+            Ok(end) => end,
+            Err(panic) => Ok(Examined::Done(Box::new(self.broken(scan, Some(sha256), &*panic)))),
+        }
+    }
+
+    fn read_and_inspect(&self, scan: &Path, loaded: ScanBytes, run: &RunContext) -> Result<Examined, Cancelled> {
+        let ScanBytes { bytes, sha256 } = loaded;
+        run.enter(Stage::Read)?;
+        let cloud = match io::read_cloud(&bytes, scan, self.plan.scans.unit, run) {
+            Ok(cloud) => cloud,
+            Err(ReadError::Cancelled(cancelled)) => return Err(cancelled),
+            Err(ReadError::CutOff(diagnostic)) => return Ok(Examined::CutOff(diagnostic)),
+            Err(ReadError::Bad(diagnostic)) => {
+                return Ok(Examined::Done(Box::new(self.refused(scan, Some(sha256), &diagnostic))));
+            }
+        };
+        drop(bytes);
+        let identity = self.identity(scan, Some(sha256));
+        let mut inspected = inspect::inspect(&self.plan, &self.part, cloud, identity, run)?;
+        if let (Err(words), Outcome::Measured(inspection)) =
+            (taken(&self.plan.scans.taken, scan), &mut inspected.result.outcome)
+        {
+            inspection.warnings.push(words);
+        }
+        Ok(Examined::Done(Box::new(inspected)))
+    }
+
+    /// Why the file is cut off, if it is; nothing else is looked at.
+    pub(super) fn cut_off(&self, scan: &Path, bytes: &[u8], run: &RunContext) -> Option<Box<Diagnostic>> {
+        let read = catch_unwind(AssertUnwindSafe(|| io::read_cloud(bytes, scan, self.plan.scans.unit, run)));
+        match read {
+            Ok(Err(ReadError::CutOff(diagnostic))) => Some(diagnostic),
+            _ => None,
+        }
+    }
+
+    /// The result of a scan whose file is at fault.
+    pub(super) fn refused(&self, scan: &Path, sha256: Option<String>, fault: &Diagnostic) -> Inspected {
+        self.refuse(scan, sha256, refusal_of(fault))
+    }
+
+    /// The result of a scan at which the program itself failed.
+    pub(super) fn broken(&self, scan: &Path, sha256: Option<String>, panic: &(dyn std::any::Any + Send)) -> Inspected {
+        let words = panic
+            .downcast_ref::<String>()
+            .map(String::as_str)
+            .or_else(|| panic.downcast_ref::<&str>().copied())
+            .unwrap_or("no further words");
+        let refusal = Refusal::new(
+            format!("an internal fault stopped the inspection: {words}"),
+            "keep this scan and send it to the maintainers; the sequence goes on",
+        );
+        self.refuse(scan, sha256, refusal)
+    }
+
+    fn refuse(&self, scan: &Path, sha256: Option<String>, refusal: Refusal) -> Inspected {
+        Inspected { result: inspect::refused(&self.plan, self.identity(scan, sha256), refusal), scan: None }
+    }
+
+    fn identity(&self, scan: &Path, scan_sha256: Option<String>) -> Identity {
+        let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        Identity {
+            part_name: self.plan.part.name.clone(),
+            part_number: self.plan.part.number.clone(),
+            part_revision: self.plan.part.revision.clone(),
+            plan_file: name(&self.plan.path),
+            plan_sha256: self.plan.sha256.clone(),
+            cad_file: self.plan.cad.file.clone(),
+            cad_sha256: self.part.cad_sha256.clone(),
+            cad_triangles: self.part.triangles_in_file,
+            scan_file: name(scan),
+            scan_sha256,
+            scan_taken: taken(&self.plan.scans.taken, scan).ok().flatten(),
+        }
+    }
+}
+
+/// A file's fault as the reason of a refused scan. Its folder is left out: the same scan gives the same report
+/// wherever it lies.
+fn refusal_of(diagnostic: &Diagnostic) -> Refusal {
+    let place = match (&diagnostic.file, diagnostic.line) {
+        (Some(file), line) => {
+            let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+            line.map_or_else(|| format!("{name}: "), |line| format!("{name}:{line}: "))
+        }
+        (None, _) => String::new(),
+    };
+    let help = diagnostic.help.clone().unwrap_or_else(|| "copy the scan again; the sequence goes on".into());
+    Refusal::new(format!("{place}{}", diagnostic.message), help)
+}
+
+/// Prepares the plan's CAD, from its cache where that is good.
+pub fn prepare_part(plan: &Plan, run: &RunContext) -> Result<(Part, CacheUse), ReadError> {
+    run.enter(Stage::Prepare)?;
+    let cache = part::cache_path(&plan.cad.path);
+    part::load_or_prepare(&plan.cad, &part_settings(plan), Some(&cache), run)
+}
+
+/// What of a plan the prepared CAD depends on.
+pub fn part_settings(plan: &Plan) -> PartSettings {
+    let features = plan.features.iter().map(|f| &f.geometry);
+    let points = plan.comparison.iter().map(|p| &p.geometry);
+    PartSettings {
+        cad_side: plan.part.cad_side,
+        thickness_mm: plan.part.thickness_mm,
+        plan_directions: features.chain(points).map(|g| (g.position(), g.sheet_normal())).collect(),
+    }
+}

@@ -1,0 +1,117 @@
+//! Under which name a scan's results go.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Longest name of a result without its ending, bytes: file systems allow 255 for the whole.
+const LONGEST: usize = 200;
+
+/// Gives each scan the name of its result files: the stem, unless another scan has it already.
+#[derive(Debug, Default)]
+pub struct ResultNames {
+    owner_of: BTreeMap<String, Owner>,
+}
+
+#[derive(Debug)]
+struct Owner {
+    file_name: String,
+    /// `None`: an earlier run's, which knew where its scan lay.
+    path: Option<PathBuf>,
+}
+
+impl ResultNames {
+    /// Goes on with the names that earlier runs gave, as pairs of result name and scan file name.
+    pub fn of_earlier_runs<'a>(results: impl Iterator<Item = (&'a str, &'a str)>) -> Self {
+        let owned =
+            |(result, scan): (&str, &str)| (result.to_owned(), Owner { file_name: scan.to_owned(), path: None });
+        Self { owner_of: results.map(owned).collect() }
+    }
+
+    /// The result name of a scan; the same file keeps its name, in this run by its place, from run to run by its file
+    /// name. `free` tells whether a name nobody has yet may be given.
+    pub fn name_for(&mut self, scan: &Path, free: impl Fn(&str) -> bool) -> String {
+        let text = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let file_name = text(scan.file_name());
+        let (stem, full) = (shortened(text(scan.file_stem())), shortened(file_name.clone()));
+        let path = real_path(scan);
+        let numbered = (2..).map(|n| format!("{full} ({n})"));
+        for name in [stem, full.clone()].into_iter().chain(numbered) {
+            // `sequence.csv` and `manifest.sha256` belong to the folder.
+            if name.is_empty() || name == "sequence" || name == "manifest" {
+                continue;
+            }
+            let own = match self.owner_of.get(&name) {
+                Some(owner) => owner.file_name == file_name && owner.path.as_ref().is_none_or(|known| *known == path),
+                None => free(&name),
+            };
+            if own {
+                self.owner_of.insert(name.clone(), Owner { file_name, path: Some(path) });
+                return name;
+            }
+        }
+        full
+    }
+}
+
+/// One path for one file, however it was written; the file itself may be missing.
+fn real_path(scan: &Path) -> PathBuf {
+    let folder = scan.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+    folder.join(scan.file_name().unwrap_or_default())
+}
+
+fn shortened(mut text: String) -> String {
+    if text.len() > LONGEST {
+        text.truncate(text.floor_char_boundary(LONGEST - 1));
+        text.push('~');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ANY: fn(&str) -> bool = |_| true;
+
+    #[test]
+    fn two_scans_never_share_a_result() {
+        let mut names = ResultNames::default();
+        assert_eq!(names.name_for(Path::new("a/1.ply"), ANY), "1");
+        assert_eq!(names.name_for(Path::new("a/1.xyz"), ANY), "1.xyz");
+        assert_eq!(names.name_for(Path::new("b/1.ply"), ANY), "1.ply");
+        assert_eq!(names.name_for(Path::new("c/1.ply"), ANY), "1.ply (2)");
+        assert_eq!(names.name_for(Path::new("a/1.ply"), ANY), "1");
+        assert_eq!(names.name_for(Path::new("a/sequence.ply"), ANY), "sequence.ply");
+        assert_eq!(names.name_for(Path::new("a/2.ply"), |name| name != "2"), "2.ply");
+    }
+
+    #[test]
+    fn a_later_run_gives_the_same_names_again() {
+        let earlier = [("1", "1.ply"), ("1.ply", "1.ply"), ("1.xyz", "1.xyz")];
+        let mut names = ResultNames::of_earlier_runs(earlier.into_iter());
+        assert_eq!(names.name_for(Path::new("a/1.xyz"), ANY), "1.xyz");
+        assert_eq!(names.name_for(Path::new("a/1.ply"), ANY), "1");
+        assert_eq!(names.name_for(Path::new("b/1.ply"), ANY), "1.ply");
+        assert_eq!(names.name_for(Path::new("b/1.txt"), ANY), "1.txt");
+    }
+
+    #[test]
+    fn one_file_has_one_name_however_its_path_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir(dir.path().join("a")).unwrap();
+        let mut names = ResultNames::default();
+        for way in ["a/1.ply", "a/../a/1.ply", "./a/1.ply"] {
+            assert_eq!(names.name_for(&dir.path().join(way), ANY), "1", "{way}");
+        }
+    }
+
+    #[test]
+    fn names_that_no_file_system_takes_are_shortened() {
+        let mut names = ResultNames::default();
+        let (first, second) = ("å".repeat(120) + "1.ply", "å".repeat(120) + "2.ply");
+        let first = names.name_for(Path::new(&first), ANY);
+        let second = names.name_for(Path::new(&second), ANY);
+        assert!(first.len() <= LONGEST && second.len() <= LONGEST + 6 && first != second, "{first} {second}");
+    }
+}
