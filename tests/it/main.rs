@@ -3,9 +3,12 @@
 #![allow(clippy::print_stdout, reason = "sweeps tell their figures to whoever runs them")]
 
 mod accuracy;
+mod cli;
 mod layers;
 mod measure_accuracy;
 mod nist_fits;
 mod pose_sweep;
+mod project;
 mod readers;
 mod support;
+mod watch;
