@@ -4,7 +4,7 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::frame::{FeatureFrame, Uvw, seen_place, sheet_gate_mm};
+use super::frame::{FeatureFrame, Uvw, lean_tangent, seen_place, sheet_gate_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::{Rim, rims_near};
@@ -80,11 +80,14 @@ pub fn edge(
     let w = height(&layer.plane, 0.0, offset) + patch.rise(0.0, offset);
     let warning = (fit.clutter > CLUTTER[0])
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
+    // Where the sheet leans, an error of its height lets more or less of the cut face through the gate.
+    let u_gate = lean_tangent(local, &frame) * layer.u_height_mm;
+    let u_fit = fit.covariance[(0, 0)].max(0.0).sqrt();
     Ok(EdgeFound {
         position: frame.on_own_face([0.0, deviation_mm, w]),
         normal: frame.vector([-eu, -ev, 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm: fit.covariance[(0, 0)].max(0.0).sqrt().hypot(SHARPNESS_U * spacing),
+        standard_uncertainty_mm: u_fit.hypot(SHARPNESS_U * spacing).hypot(u_gate),
         rms_mm: layer.rms_mm,
         points_used: fit.points,
         warning,

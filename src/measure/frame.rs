@@ -78,13 +78,17 @@ impl FeatureFrame {
 /// the points it leaves out than it saves.
 pub fn sheet_gate_mm(local: &Local, frame: &FeatureFrame, sigma_mm: f64) -> [f64; 2] {
     let added_mm = (0.1 * local.scan.spacing_mm).max(0.02);
-    const UNKNOWN_LEAN: f64 = 0.2;
     let wide = (3.5 * sigma_mm).max(0.15);
-    let lean = local.scan.to_camera.map_or(UNKNOWN_LEAN, |to_camera| {
+    [(added_mm / lean_tangent(local, frame).max(1e-6)).clamp(0.5 * sigma_mm, wide), wide]
+}
+
+/// Tangent of the angle by which the sheet leans away from the camera; 0.2 where nobody knows where the camera is.
+pub fn lean_tangent(local: &Local, frame: &FeatureFrame) -> f64 {
+    const UNKNOWN_LEAN: f64 = 0.2;
+    local.scan.to_camera.map_or(UNKNOWN_LEAN, |to_camera| {
         let cosine = local.cad_from_scan.vector(&to_camera).dot(&frame.axes[2]).abs().clamp(0.1, 1.0);
         (1.0 - cosine * cosine).sqrt() / cosine
-    });
-    [(added_mm / lean.max(1e-6)).clamp(0.5 * sigma_mm, wide), wide]
+    })
 }
 
 /// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's normal on the plan's side.

@@ -43,8 +43,8 @@ pub fn most_frequent_height(heights: &[f64], outward: f64) -> Option<f64> {
     }
     let triple = |k: usize| counts[k - 1] + counts[k] + counts[k + 1];
     let most = (1..bins - 1).map(triple).max()?;
-    let mut full = (1..bins - 1).filter(|&k| 5 * triple(k) >= 4 * most);
-    let chosen = if outward >= 0.0 { full.next_back()? } else { full.min()? };
+    let full = (1..bins - 1).filter(|&k| 5 * triple(k) >= 4 * most);
+    let chosen = if outward >= 0.0 { full.max()? } else { full.min()? };
     let middle = low + (chosen as f64 - 0.5) * BIN;
     let mut near: Vec<f64> = heights.iter().copied().filter(|e| (e - middle).abs() <= 1.5 * BIN).collect();
     median(&mut near)
@@ -89,13 +89,16 @@ pub fn fit_layer(points: &[[f64; 3]], start: f64, needed: usize) -> Option<Layer
 /// Variance of e0 when errors are correlated: e0 is the sum of `a_i r_i`, so its variance is the sum of `a_i a_j C(d_ij)`,
 /// with the covariance C at a distance taken from the residuals themselves, in bins of distance, up to the first bin that
 /// is not above zero by its own standard error.
+///
+/// The fitted plane hides a part of what neighbours have in common: with three parameters, residuals near each other
+/// have covariance `C - 3 V`, V the variance that is looked for. Both are solved for together.
 fn correlated_height_variance(points: &[[f64; 3]], plane: &[f64; 3], width: f64, inverse: &Matrix3<f64>) -> f64 {
-    const THINNED: usize = 300;
-    const BINS: usize = 8;
+    const THINNED: f64 = 350.0;
     let inside: Vec<&[f64; 3]> = points.iter().filter(|p| (p[2] - height(plane, p[0], p[1])).abs() < width).collect();
+    let stride = (inside.len() as f64 / THINNED).round().max(1.0) as usize;
     let sampled: Vec<[f64; 4]> = inside
         .iter()
-        .step_by(inside.len().div_ceil(THINNED).max(1))
+        .step_by(stride)
         .map(|p| {
             let residual = p[2] - height(plane, p[0], p[1]);
             let share = (inverse * Vector3::new(1.0, p[0], p[1])).x * tukey_weight(residual, width);
@@ -105,30 +108,36 @@ fn correlated_height_variance(points: &[[f64; 3]], plane: &[f64; 3], width: f64,
     // The shares of the sampled points stand for all: their sum is 1, as that of all points is.
     let total: f64 = sampled.iter().map(|p| p[3]).sum();
     let count = sampled.len().max(1) as f64;
-    let (mut square, mut shares_sq, mut reach) = (0.0, 0.0, 1e-9_f64);
-    for p in &sampled {
-        square += p[2] * p[2] / count;
-        shares_sq += (p[3] / total).powi(2);
-        reach = reach.max(p[0].hypot(p[1]));
+    let square = sampled.iter().map(|p| p[2] * p[2]).sum::<f64>() / count;
+    // Thinning makes fewer points' own errors of many; those average out as the full number does.
+    let own = square * sampled.iter().map(|p| (p[3] / total).powi(2)).sum::<f64>() * count / inside.len().max(1) as f64;
+    let bins = pairs_by_distance(&sampled, total);
+    let mut variance = own;
+    for _ in 0..8 {
+        let covariance = |[pairs, products, _]: &[f64; 3]| products / pairs + 3.0 * variance;
+        let common = bins.iter().skip_while(|b| b[0] < 8.0).take_while(|b| covariance(b) > square / b[0].sqrt());
+        variance = own + 2.0 * common.map(|b| covariance(b) * b[2]).sum::<f64>();
     }
-    // Of distances up to the window's radius; further apart the plane has taken out what points have in common.
-    let per_bin = BINS as f64 / reach;
-    let mut bins = [[0.0; 3]; BINS];
+    variance
+}
+
+/// Pairs of (u, v, residual, share) by their distance, up to half of the window's radius: their number, the sum of the
+/// products of residuals and that of the products of shares over the square of all shares. Further apart the plane has taken
+/// out what points have in common.
+fn pairs_by_distance(sampled: &[[f64; 4]], total: f64) -> [[f64; 3]; 4] {
+    let reach = sampled.iter().map(|p| p[0].hypot(p[1])).fold(1e-9, f64::max);
+    let mut bins = [[0.0; 3]; 4];
+    let per_bin = bins.len() as f64 / (0.5 * reach);
     for (i, p) in sampled.iter().enumerate() {
         for q in &sampled[..i] {
-            let bin = ((p[0] - q[0]).hypot(p[1] - q[1]) * per_bin) as usize;
-            if bin < BINS {
-                bins[bin][0] += 1.0;
-                bins[bin][1] += p[2] * q[2];
-                bins[bin][2] += p[3] * q[3] / (total * total);
+            if let Some(bin) = bins.get_mut(((p[0] - q[0]).hypot(p[1] - q[1]) * per_bin) as usize) {
+                bin[0] += 1.0;
+                bin[1] += p[2] * q[2];
+                bin[2] += p[3] * q[3] / (total * total);
             }
         }
     }
-    // Thinning makes fewer points' own errors of many; those average out as the full number does.
-    let own = square * shares_sq * count / inside.len().max(1) as f64;
-    let common = bins.iter().skip_while(|[pairs, ..]| *pairs < 8.0);
-    let common = common.take_while(|[pairs, products, _]| products / pairs > square / pairs.sqrt());
-    own + 2.0 * common.map(|[pairs, products, shares]| products / pairs * shares).sum::<f64>()
+    bins
 }
 
 /// One weighted least-squares step: plane, inverse normal matrix, points with weight.
@@ -197,6 +206,36 @@ mod tests {
         assert!(most_frequent_height(&heights, 1.0).unwrap().abs() < 1e-9);
         assert!((most_frequent_height(&heights, -1.0).unwrap() + 2.0).abs() < 1e-9);
         assert_eq!(most_frequent_height(&[], 1.0), None);
+    }
+
+    /// Heights with 80 % of their variance each point's own and 20 % in common, covariance exp(-d²/2l²), l = 0.5 mm: the model
+    /// of the measuring rig. Over 60 layers the errors of e0 must agree with what is stated, to three standard errors of an
+    /// rms of 60 values (28 %) and the share of correlation further than half the window that is not looked for.
+    #[test]
+    fn stated_uncertainty_knows_of_correlated_noise() {
+        use rand::{RngExt, SeedableRng};
+        let mut sum = 0.0;
+        for seed in 0..60 {
+            let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            // Sums of four uniforms: near enough to Gaussian.
+            let mut draw = || (0..4).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>() * 0.75_f64.sqrt();
+            let knots: Vec<[f64; 3]> =
+                (0..900).map(|k| [(k % 30) as f64 * 0.25 - 3.75, (k / 30) as f64 * 0.25 - 3.75, draw()]).collect();
+            // White noise of density 1 per 0.25² mm² smoothed with exp(-d²/l²) has variance 2 pi (l/2)² / 0.25².
+            let unit = (0.25 * 0.25 / (0.5 * std::f64::consts::PI * 0.25_f64)).sqrt();
+            let mut points = Vec::new();
+            for i in 0..20 * 20 {
+                let (u, v) = ((i % 20) as f64 * 0.2 - 1.9, (i / 20) as f64 * 0.2 - 1.9);
+                if u.hypot(v) < 2.0 {
+                    let weight = |k: &[f64; 3]| k[2] * (-((u - k[0]).powi(2) + (v - k[1]).powi(2)) / 0.25).exp();
+                    let common = unit * knots.iter().map(weight).sum::<f64>();
+                    points.push([u, v, 0.12 * (0.2_f64.sqrt() * common + 0.8_f64.sqrt() * draw())]);
+                }
+            }
+            let layer = fit_layer(&points, 0.0, 12).unwrap();
+            sum += (layer.plane[0] / layer.u_height_mm).powi(2) / 60.0;
+        }
+        assert!((0.7..1.5).contains(&sum.sqrt()), "{}", sum.sqrt());
     }
 
     #[test]

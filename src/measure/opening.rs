@@ -149,7 +149,7 @@ fn search<O: Opening>(
     search_mm: f64,
     reach: f64,
 ) -> Result<O, NotFound> {
-    const THINNED: usize = 1500;
+    const THINNED: usize = 500;
     let stride = sheet.len().div_ceil(THINNED).max(1);
     let within = |p: &&[f64; 2]| p[0].hypot(p[1]) < reach + search_mm;
     let thinned: Vec<[f64; 2]> = sheet.iter().step_by(stride).filter(within).copied().collect();
@@ -169,7 +169,7 @@ fn search<O: Opening>(
         }
         fit
     };
-    let near = attempt(nominal, &[wide, 0.5 * wide.max(h), 0.7 * h]);
+    let near = attempt(nominal, &[wide, 0.7 * h]);
     let good = |fit: &SoftEdgeFit<O>| {
         let [u, v] = fit.outline.centre();
         u.hypot(v) < search_mm && inside_share(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2) < 0.15

@@ -1,7 +1,7 @@
 //! Damped Newton on the soft-edge likelihood.
 
 use super::Window;
-use super::likelihood::{Data, Evaluation, MAX_ALL, State, density_per_mm2, evaluate, value};
+use super::likelihood::{Data, Evaluation, MAX_ALL, State, density_per_mm2, evaluate};
 use super::outline::{MAX_SHAPE, Outline};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -16,6 +16,12 @@ pub struct SoftEdgeSettings {
     pub gradient_sigma: f64,
     /// Fix the blur at this value (to search from afar) instead of estimating it.
     pub fixed_tau_mm: Option<f64>,
+    /// Blur to start from, mm.
+    pub start_tau_mm: f64,
+    /// Density gradient to start from, over the window's reach.
+    pub start_gradient: [f64; 2],
+    /// The iteration has arrived when a step moves the outline by less than this, in spacings.
+    pub tolerance: f64,
     /// Shape parameters kept at their start value, one flag each.
     pub fixed_shape: [bool; MAX_SHAPE],
 }
@@ -23,12 +29,21 @@ pub struct SoftEdgeSettings {
 impl SoftEdgeSettings {
     /// Everything estimated, for points of that spacing.
     pub fn new(spacing_mm: f64) -> Self {
-        Self { spacing_mm, clutter: 0.005, gradient_sigma: 0.3, fixed_tau_mm: None, fixed_shape: [false; MAX_SHAPE] }
+        Self {
+            spacing_mm,
+            clutter: 0.005,
+            gradient_sigma: 0.3,
+            fixed_tau_mm: None,
+            start_tau_mm: 0.5 * spacing_mm,
+            start_gradient: [0.0; 2],
+            tolerance: 1e-3,
+            fixed_shape: [false; MAX_SHAPE],
+        }
     }
 
-    /// Blur fixed at a value: a wide basin of attraction, for the search.
+    /// Blur fixed at a value and a coarse end: a wide basin of attraction, for the search.
     pub fn with_tau(self, tau_mm: f64) -> Self {
-        Self { fixed_tau_mm: Some(tau_mm), ..self }
+        Self { fixed_tau_mm: Some(tau_mm), tolerance: 0.05, ..self }
     }
 }
 
@@ -60,7 +75,7 @@ pub struct SoftEdgeFit<O> {
     pub log_likelihood: f64,
     /// Newton steps.
     pub iterations: usize,
-    /// Whether the last step was below 1e-4 spacings.
+    /// Whether the last step was below the tolerance.
     pub converged: bool,
     /// Points in the window.
     pub points: usize,
@@ -98,6 +113,8 @@ pub fn fit_soft_edge<O: Outline>(
             break;
         }
         settings.clutter = clutter;
+        settings.start_tau_mm = fit.tau_mm;
+        settings.start_gradient = fit.gradient;
         fit = refine_soft_edge(points, window, &fit.outline.clone(), &settings)?;
     }
     Ok(fit)
@@ -138,8 +155,11 @@ pub fn refine_soft_edge<O: Outline>(
     let h = settings.spacing_mm;
     let data = Data { points, window, clutter: settings.clutter, gradient_sigma: settings.gradient_sigma };
     let tau_range = settings.fixed_tau_mm.map_or(TAU_BOUNDS.map(|b| b * h), |tau| [tau, tau]);
-    let mut state =
-        State { outline: start.clone(), tau_mm: settings.fixed_tau_mm.unwrap_or(0.5 * h), gradient: [0.0; 2] };
+    let mut state = State {
+        outline: start.clone(),
+        tau_mm: settings.fixed_tau_mm.unwrap_or(settings.start_tau_mm.clamp(tau_range[0], tau_range[1])),
+        gradient: settings.start_gradient,
+    };
     let mut at = evaluate(&data, &state).ok_or(SoftEdgeError::NoEdge)?;
     let (mut damping, mut converged, mut iterations) = (1e-3, false, 0);
     while iterations < MAX_STEPS && !converged {
@@ -150,18 +170,20 @@ pub fn refine_soft_edge<O: Outline>(
             let step = damped_step(&state.outline, &at, &free, damping, h);
             let mut next = state.moved(&step);
             next.tau_mm = next.tau_mm.clamp(tau_range[0], tau_range[1]);
-            match value(&data, &next) {
+            match evaluate(&data, &next) {
                 // Equal within rounding counts as arrived, or the last steps would go on for ever.
-                Some(v) if v >= at.value - 1e-9 * (1.0 + at.value.abs() * 1e-3) => moved = Some((next, step)),
+                Some(there) if there.value >= at.value - 1e-9 * (1.0 + at.value.abs() * 1e-3) => {
+                    moved = Some((next, step, there));
+                }
                 _ => damping = (damping * 8.0).max(1e-4),
             }
         }
-        let Some((next, step)) = moved else { break };
+        let Some((next, step, there)) = moved else { break };
         damping *= 0.1;
         let shape_step = shape_step_mm::<O>(&step, &window);
-        converged = shape_step < 1e-4 * h && (next.tau_mm / state.tau_mm).ln().abs() < 1e-2;
+        converged = shape_step < settings.tolerance * h && (next.tau_mm / state.tau_mm).ln().abs() < 0.05;
         state = next;
-        at = evaluate(&data, &state).ok_or(SoftEdgeError::NoEdge)?;
+        at = there;
     }
     let free = free_parameters(&state, &at, settings, tau_range);
     let covariance = covariance::<O>(&at, &free).ok_or(SoftEdgeError::NoEdge)?;

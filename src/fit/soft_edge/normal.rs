@@ -16,11 +16,16 @@ pub fn density(z: f64) -> f64 {
 /// Distribution function and density at `z`. The former by cubic Hermite interpolation between tabulated values with the
 /// known slopes: absolute error below 1e-10, and continuous with its first derivative, which line searches need.
 pub fn distribution_and_density(z: f64) -> (f64, f64) {
+    (distribution(z), if z.abs() < REACH { density(z) } else { 0.0 })
+}
+
+/// The distribution function of [`distribution_and_density`] alone.
+pub fn distribution(z: f64) -> f64 {
     if z >= REACH {
-        return (1.0, 0.0);
+        return 1.0;
     }
     if z <= -REACH {
-        return (0.0, 0.0);
+        return 0.0;
     }
     static TABLE: OnceLock<Vec<(f64, f64)>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
@@ -35,8 +40,7 @@ pub fn distribution_and_density(z: f64) -> (f64, f64) {
     let t = position - cell as f64;
     let ((f0, d0), (f1, d1)) = (table[cell], table[cell + 1]);
     let rise = f1 - f0;
-    let value = f0 + t * (d0 + t * (3.0 * rise - 2.0 * d0 - d1 + t * (d0 + d1 - 2.0 * rise)));
-    (value, density(z))
+    f0 + t * (d0 + t * (3.0 * rise - 2.0 * d0 - d1 + t * (d0 + d1 - 2.0 * rise)))
 }
 
 /// Distribution function by its power series about 0 (`1/2 + density(z) * sum z^(2n+1) / (1*3*5...(2n+1))`), good to
