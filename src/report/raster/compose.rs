@@ -136,14 +136,16 @@ fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
     let (width, height) = (field.width, field.height);
     let known: Vec<f32> = field.values.iter().map(|v| if v.is_nan() { 0.0 } else { 1.0 }).collect();
     let values: Vec<f32> = field.values.iter().map(|v| if v.is_nan() { 0.0 } else { *v }).collect();
-    let sigma = (1.5 * style.px_per_mm).clamp(1.0, 12.0);
+    let sigma = (2.0 * style.px_per_mm).clamp(1.0, 18.0);
     let kernel: Vec<f32> =
         (0..=(2.0 * sigma) as usize).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp() as f32).collect();
     let sums = convolve(&values, width, height, &kernel);
     let weights = convolve(&known, width, height, &kernel);
     let step = (0.25 * style.range_mm) as f32;
-    // A line stands for a change of one step within 60 mm or less.
-    let least_change = step / (60.0 * style.px_per_mm) as f32;
+    // A line stands for a change of one step within 30 mm or less, seen over a distance at which the noise left by the
+    // smoothing has no slope to speak of.
+    let least_change = step / (30.0 * style.px_per_mm) as f32;
+    let base = (3.0 * sigma) as usize;
     let smooth: Vec<f32> = (0..width * height)
         .into_par_iter()
         .map(|p| if known[p] > 0.0 { sums[p] / weights[p] } else { f32::NAN })
@@ -160,15 +162,18 @@ fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
             let here = smooth[p];
             let crosses = |q: usize| {
                 let same_fold = (seen.depth_mm[p] - seen.depth_mm[q]).abs() < JUMP_MM;
-                let (a, b) = (level(here), level(smooth[q]));
-                same_fold && a != b
+                same_fold && (level(here) - level(smooth[q])).abs() > 0.5
             };
             if !(crosses(p + 1) || crosses(p + width)) {
                 return false;
             }
             let change = |q: usize| (smooth[q] - here).abs();
-            let far = 4.min(width - 1 - x).min(height - 1 - y);
-            change(p + far).max(change(p + far * width)) / far as f32 >= least_change
+            let (right, down) = (base.min(width - 1 - x), base.min(height - 1 - y));
+            let (left, up) = (base.min(x), base.min(y));
+            let slope = |q: usize, distance: usize| change(q) / distance.max(1) as f32;
+            [slope(p + right, right), slope(p - left, left), slope(p + down * width, down), slope(p - up * width, up)]
+                .iter()
+                .any(|&slope| slope >= least_change)
         })
         .collect()
 }
