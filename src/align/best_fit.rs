@@ -10,7 +10,7 @@
 use super::candidates::{self, Candidate};
 use super::evidence::{self, Contest, Gaps, Ground, RESIDUAL_LIMIT_MM, Witness};
 use super::height_map::{HeightMap, Raster};
-use super::icp::{Beyond, Settings, distances, register};
+use super::icp::{Beyond, Registered, Settings, distances, register};
 use super::pose::BestFit;
 use super::pose_search;
 use super::refuse;
@@ -19,7 +19,7 @@ use super::sampling::WorkCloud;
 use super::template::{Detail, Template};
 use super::view::{View, directions};
 use crate::diagnostic::Stop;
-use crate::geometry::CadFromScan;
+use crate::geometry::{CadFromScan, Isometry3, Point3};
 use crate::part::Part;
 use crate::plan::Side;
 use crate::run::RunContext;
@@ -28,12 +28,10 @@ use rayon::prelude::*;
 
 /// The margin below which a scan is refused.
 pub const MARGIN_LIMIT: f64 = 1.5;
-/// A pose this many times as costly as the best one needs no partners.
-const HOPELESS: f64 = 4.0;
 /// Points for residuals in the contest.
 const FINE_POINTS: usize = 2000;
-/// Points of the last registration.
-const POLISH_POINTS: usize = 4000;
+/// The last registrations: points, most steps, and the motion at which they end, mm.
+const POLISH: [(usize, usize, f64); 2] = [(1200, 25, 1e-3), (4000, 20, 1e-7)];
 
 /// Finds the pose and the side of a scan.
 ///
@@ -77,7 +75,7 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
 struct Found {
     cad_from_scan: CadFromScan,
     side: Side,
-    registered: super::icp::Registered,
+    registered: Registered,
     margin: f64,
     poses_tried: usize,
 }
@@ -108,19 +106,24 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let subsets = candidates::stage_subsets(cloud);
     let mut list = candidates::halve(part, &subsets, &index, starts, run)?;
     let mut views = Views { part, templates: Vec::new() };
-    poses_tried += add_turned(part, cloud, &subsets[1], &index, &mut views, &mut list, run)?;
+    poses_tried += add_turned(part, cloud, &subsets, &index, &mut views, &mut list, run)?;
 
     list.sort_by(|a, b| a.locked.cmp(&b.locked).then(a.cost.total_cmp(&b.cost)));
     shorten(&mut list);
     for k in 0..list.len().min(2) {
-        poses_tried += add_partners(part, &subsets[1], &index, &mut list, k, run)?;
+        let partners = candidates::improved_partners(part, &subsets, &index, &list, k, run)?;
+        poses_tried += candidates::merge(part, &mut list, partners);
     }
     let mut outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
-    // No winner without its partners in the contest.
-    let added = add_partners(part, &subsets[1], &index, &mut list, outcome.winner, run)?;
-    if added > 0 {
-        poses_tried += added;
-        outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
+    if outcome.winner > 1 {
+        // No winner without its partners in the contest, as far as they are in the running at all.
+        let mut partners = candidates::improved_partners(part, &subsets, &index, &list, outcome.winner, run)?;
+        partners.retain(|p| !candidates::is_hopeless(p, list[outcome.winner].cost));
+        let added = candidates::merge(part, &mut list, partners);
+        if added > 0 {
+            poses_tried += added;
+            outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
+        }
     }
     outcome.refuse_unless_certain(part, &list)?;
     let winner = &list[outcome.winner];
@@ -142,23 +145,6 @@ fn shorten(list: &mut Vec<Candidate>) {
         *count += 1;
         *count <= most
     });
-}
-
-/// Adds the half-turned partners of a candidate, registered; how many were new.
-fn add_partners(
-    part: &Part,
-    points: &[crate::geometry::Point3],
-    index: &DenseIndex,
-    list: &mut Vec<Candidate>,
-    of: usize,
-    run: &RunContext,
-) -> Result<usize, Stop> {
-    let partners = candidates::partners(part, &list[of])
-        .into_par_iter()
-        .filter(|p| !list.iter().any(|c| candidates::alike(part, c, p)))
-        .map(|p| candidates::improve(part, points, p, 8, 4.0, Some(index), run))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(candidates::merge(part, list, partners))
 }
 
 /// Height above the belt up to which a face may have been taken away with it.
@@ -193,7 +179,7 @@ impl Views<'_> {
 fn add_turned(
     part: &Part,
     cloud: &WorkCloud,
-    points: &[crate::geometry::Point3],
+    subsets: &[Vec<Point3>],
     index: &DenseIndex,
     views: &mut Views,
     list: &mut Vec<Candidate>,
@@ -203,17 +189,14 @@ fn add_turned(
     let mut tried = 0;
     for side in [Side::Top, Side::Bottom] {
         let Some(best) = list.iter().find(|c| c.side == side && !c.locked).cloned() else { continue };
-        if best.cost > HOPELESS * list[0].cost {
+        if candidates::is_hopeless(&best, list[0].cost) {
             continue;
         }
         run.check()?;
         let template = views.of(&best);
         let turned = candidates::turned(part, &views.templates[template], &sweep_points, &best);
         tried += turned.len();
-        let improved: Vec<Candidate> = turned
-            .into_par_iter()
-            .map(|c| candidates::improve(part, points, c, 8, 4.0, Some(index), run))
-            .collect::<Result<_, _>>()?;
+        let improved = candidates::improve_hopeful(part, subsets, index, turned, list[0].cost, run)?;
         candidates::merge(part, list, improved);
     }
     Ok(tried)
@@ -305,20 +288,26 @@ fn polish(
     index: &DenseIndex,
     winner: &Candidate,
     run: &RunContext,
-) -> Result<(crate::geometry::Isometry3, super::icp::Registered), Stop> {
-    let points = cloud.subset(POLISH_POINTS);
+) -> Result<(Isometry3, Registered), Stop> {
     let face = part.face(winner.side);
     let weak = winner.registered.as_ref().is_none_or(|r| r.weakest_mm > candidates::WEAK_MM);
     let width_mm = winner.registered.as_ref().map_or(4.0, |r| 1.5 * r.width_mm);
     let rim = weak.then(|| RimLock::new(face, &winner.up_cad(), index, 900, 2.0));
-    let settings = Settings {
-        steps: 30,
-        width_mm,
-        least_scale_mm: 0.02,
-        stop_mm: 1e-7,
-        beyond: Beyond::Nothing,
-        locked_axis: None,
-    };
-    let registered = register(face, &points, &winner.cad_from_work, &settings, rim.as_ref(), run)?;
+    let mut registered = None;
+    let mut pose = winner.cad_from_work;
+    let mut width_mm = width_mm;
+    for (count, steps, stop_mm) in POLISH {
+        let settings =
+            Settings { steps, width_mm, least_scale_mm: 0.02, stop_mm, beyond: Beyond::Nothing, locked_axis: None };
+        let done = register(face, &cloud.subset(count), &pose, &settings, rim.as_ref(), run)?;
+        pose = done.cad_from_work;
+        width_mm = done.width_mm;
+        registered = Some(done);
+    }
+    let registered = registered.ok_or_else(refuse::nothing_fits)?;
+    let (angle, distance) = candidates::difference(part, &pose, &winner.cad_from_work);
+    if angle > candidates::DISTINCT_RAD || distance > candidates::DISTINCT_MM {
+        return Err(refuse::ambiguous(1.0, MARGIN_LIMIT, Some((angle, distance))).into());
+    }
     Ok((registered.cad_from_work, registered))
 }

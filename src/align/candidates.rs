@@ -22,6 +22,8 @@ pub(super) const WEAK_MM: f64 = 0.06;
 const RANK_LIMIT_MM: f64 = 3.0;
 /// Points used in the three stages.
 const STAGE_POINTS: [usize; 2] = [180, 500];
+/// A pose this many times as costly as the best one is not worth more work.
+const HOPELESS: f64 = 3.0;
 /// Places on the rims used while poses are many.
 const RIM_PLACES: usize = 250;
 /// Poses kept after each stage.
@@ -65,7 +67,7 @@ pub(super) fn distinct(part: &Part, a: &Candidate, b: &Candidate) -> bool {
 }
 
 /// Whether a start pose lies in the reach of a pose that was registered already.
-pub(super) fn alike(part: &Part, registered: &Candidate, start: &Candidate) -> bool {
+fn alike(part: &Part, registered: &Candidate, start: &Candidate) -> bool {
     let (angle, distance) = difference(part, &registered.cad_from_work, &start.cad_from_work);
     !registered.locked && registered.side == start.side && angle < 0.3f64.to_radians() && distance < 0.3
 }
@@ -100,7 +102,7 @@ fn add_if_new(part: &Part, list: &mut Vec<Candidate>, candidate: Candidate, angl
 }
 
 /// The pose after half a turn about each principal axis of the face: a nearly symmetric part looks the same in one of them.
-pub(super) fn partners(part: &Part, of: &Candidate) -> Vec<Candidate> {
+fn partners(part: &Part, of: &Candidate) -> Vec<Candidate> {
     let samples = &part.face(of.side).samples;
     let (middle, axes) = principal_axes(samples);
     (0..3)
@@ -163,6 +165,45 @@ pub(super) fn halve(
 /// The subsets that [`halve`] wants.
 pub(super) fn stage_subsets(cloud: &super::sampling::WorkCloud) -> Vec<Vec<Point3>> {
     STAGE_POINTS.iter().map(|&n| cloud.subset(n)).collect()
+}
+
+/// Whether a pose is out of the running beside one of that cost.
+pub(super) fn is_hopeless(candidate: &Candidate, best_cost: f64) -> bool {
+    candidate.cost > HOPELESS * (best_cost + 0.05)
+}
+
+/// The half-turned partners of a candidate that are not in the list yet, registered.
+pub(super) fn improved_partners(
+    part: &Part,
+    subsets: &[Vec<Point3>],
+    index: &DenseIndex,
+    list: &[Candidate],
+    of: usize,
+    run: &RunContext,
+) -> Result<Vec<Candidate>, Cancelled> {
+    let mut partners = partners(part, &list[of]);
+    partners.retain(|p| !list.iter().any(|c| alike(part, c, p)));
+    improve_hopeful(part, subsets, index, partners, list[of].cost, run)
+}
+
+/// Registers candidates with few points first, and goes on only with those that are not hopeless beside a cost.
+pub(super) fn improve_hopeful(
+    part: &Part,
+    subsets: &[Vec<Point3>],
+    index: &DenseIndex,
+    list: Vec<Candidate>,
+    best_cost: f64,
+    run: &RunContext,
+) -> Result<Vec<Candidate>, Cancelled> {
+    list.into_par_iter()
+        .map(|c| {
+            let rough = improve(part, &subsets[0], c, 7, 4.0, None, run)?;
+            if is_hopeless(&rough, best_cost) {
+                return Ok(rough);
+            }
+            improve(part, &subsets[1], rough, 3, 2.0, Some(index), run)
+        })
+        .collect()
 }
 
 /// One registration, with the rims where the surface leaves the pose free.
