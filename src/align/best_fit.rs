@@ -30,6 +30,10 @@ use rayon::prelude::*;
 pub const MARGIN_LIMIT: f64 = 1.5;
 /// Points for residuals in the contest.
 const FINE_POINTS: usize = 2000;
+/// Points that tell where the data's edges are while poses are many.
+const RIM_POINTS: usize = 60_000;
+/// Hopeless poses that stay in the contest, so that it has a second.
+const HOPELESS_KEPT: usize = 3;
 /// The last registrations: points, most steps, and the motion at which they end, mm.
 const POLISH: [(usize, usize, f64); 2] = [(1200, 25, 1e-3), (4000, 20, 1e-7)];
 
@@ -102,18 +106,28 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let mut poses_tried = starts.len();
 
     let ground = Ground::new(&cloud.dense, raster((2.1 * spacing).max(1.0)), low_mm(scan, cloud));
-    let index = DenseIndex::build(&cloud.dense, raster(2.0), ground.usual / ground.cell_mm2());
+    let per_mm2 = ground.usual / ground.cell_mm2();
+    let rim_points = cloud.subset(RIM_POINTS);
+    let rim_per_mm2 = per_mm2 * rim_points.len() as f64 / cloud.dense.len() as f64;
+    let index = DenseIndex::build(&rim_points, raster(2.0), rim_per_mm2);
     let subsets = candidates::stage_subsets(cloud);
     let mut list = candidates::halve(part, &subsets, &index, starts, run)?;
     let mut views = Views { part, templates: Vec::new() };
     poses_tried += add_turned(part, cloud, &subsets, &index, &mut views, &mut list, run)?;
 
-    list.sort_by(|a, b| a.locked.cmp(&b.locked).then(a.cost.total_cmp(&b.cost)));
+    sort(&mut list);
     shorten(&mut list);
     for k in 0..list.len().min(2) {
         let partners = candidates::improved_partners(part, &subsets, &index, &list, k, run)?;
         poses_tried += candidates::merge(part, &mut list, partners);
     }
+    sort(&mut list);
+    let best_cost = list.first().map_or(0.0, |c| c.cost);
+    let mut hopeless = 0;
+    list.retain(|c| {
+        hopeless += usize::from(candidates::is_hopeless(c, best_cost));
+        !candidates::is_hopeless(c, best_cost) || hopeless <= HOPELESS_KEPT
+    });
     let mut outcome = judge(part, cloud, &ground, &mut views, &list, run)?;
     if outcome.winner > 1 {
         // No winner without its partners in the contest, as far as they are in the running at all.
@@ -127,7 +141,8 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     }
     outcome.refuse_unless_certain(part, &list)?;
     let winner = &list[outcome.winner];
-    let (pose, registered) = polish(part, cloud, &index, winner, run)?;
+    let every_point = DenseIndex::build(&cloud.dense, raster(2.0), per_mm2);
+    let (pose, registered) = polish(part, cloud, &every_point, winner, run)?;
     Ok(Found {
         cad_from_scan: CadFromScan::new(pose * cloud.work_from_scan),
         side: winner.side,
@@ -135,6 +150,11 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
         margin: outcome.contest.margin,
         poses_tried,
     })
+}
+
+/// The free ones before the locked ones, the cheapest first.
+fn sort(list: &mut [Candidate]) {
+    list.sort_by(|a, b| a.locked.cmp(&b.locked).then(a.cost.total_cmp(&b.cost)));
 }
 
 /// Leaves the candidates that may win or come second: the cheapest free ones, then the cheapest locked ones.

@@ -10,7 +10,7 @@ use crate::scan::ConditionedScan;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Translation3, UnitQuaternion};
 
 /// Points looked at in rasters and for rims.
-const DENSE_POINTS: usize = 200_000;
+const DENSE_POINTS: usize = 150_000;
 
 /// The places in `0..count` of a subset of at most `wanted`, ascending.
 pub(super) fn spread(count: usize, wanted: usize) -> Vec<u32> {

@@ -1,6 +1,8 @@
 //! Random poses of four parts, planted by the simulator: no wrong pose and no wrong side, and few refusals.
 //!
 //! `SHAPELINE_FULL_SWEEP=1` runs 200 poses a part and prints the table; the usual run takes a few of each.
+//! `SHAPELINE_SWEEP_POSES` (how many), `SHAPELINE_SWEEP_SEED` (which one) and `SHAPELINE_SWEEP_DENSITY` (points a mm²) are for
+//! looking closer.
 
 #![allow(clippy::print_stdout, reason = "the table of the sweep is what it is run for")]
 
@@ -38,6 +40,7 @@ fn prepared(nominal: &SyntheticPart) -> Part {
 fn scan(nominal: &SyntheticPart, part: &Part, seed: u64) -> (ConditionedScan, ScanTruth) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = |low: f64, high: f64| Uniform::new(low, high).unwrap().sample(&mut rng);
+    let dense = std::env::var("SHAPELINE_SWEEP_DENSITY").ok().and_then(|n| n.parse().ok());
     let bounds = nominal.mesh.bounds().unwrap();
     let field = draw_springback(seed, draw(0.0, 0.6), &bounds);
     let subject = Subject::synthetic(nominal, nominal, field);
@@ -46,7 +49,7 @@ fn scan(nominal: &SyntheticPart, part: &Part, seed: u64) -> (ConditionedScan, Sc
         missing_share: draw(0.0, 0.2),
         missing_radius_mm: draw(3.0, 18.0),
         belt_margin_mm: 25.0,
-        ..RigModel::default().with_density(draw(1.5, 3.0))
+        ..RigModel::default().with_density(dense.unwrap_or(draw(1.5, 3.0)))
     };
     let side = if seed.is_multiple_of(2) { Side::Top } else { Side::Bottom };
     seen(&subject, &rig, side, part, seed)
