@@ -1,14 +1,14 @@
 //! Clouds as binary PLY and meshes as binary STL.
 
-use crate::geometry::{Mesh, Point3};
+use crate::geometry::{LengthUnit, Mesh, Point3};
 use std::io::{self, BufWriter, Write};
 
 /// From this distance on, in mm, coordinates are written as `double`: below it, rounding to `float` costs at most
 /// 2^-13 mm = 0.00012 mm, a tenth of what a structured-light scanner resolves.
 const LARGEST_FLOAT_COORDINATE_MM: f64 = 4096.0;
 
-/// Writes points as a binary little-endian PLY: `x y z` as `float` (as `double` when one lies 4096 mm or more from the
-/// origin on some axis), then normals, colours as `uchar`, and further properties as `float`.
+/// Writes points, whose coordinates are in `unit`, as a binary little-endian PLY with a comment that names the unit: `x y z`
+/// as `float` (as `double` when one lies 4096 mm or more from the origin on some axis), then normals, colours as `uchar`, and further properties as `float`.
 ///
 /// Numbers that are `f32` already come back from [`read_cloud`](super::read_cloud) with the same bits.
 ///
@@ -17,6 +17,7 @@ const LARGEST_FLOAT_COORDINATE_MM: f64 = 4096.0;
 pub fn write_ply_cloud(
     out: &mut impl Write,
     points: &[Point3],
+    unit: LengthUnit,
     colours: Option<&[[u8; 3]]>,
     normals: Option<&[[f32; 3]]>,
     scalars: &[(&str, &[f32])],
@@ -34,9 +35,9 @@ pub fn write_ply_cloud(
     if let Some((name, _)) = scalars.iter().find(|(name, _)| name.is_empty() || name.contains(char::is_whitespace)) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("\"{name}\" cannot name a property")));
     }
-    let wide = points.iter().any(|p| p.coords.amax() >= LARGEST_FLOAT_COORDINATE_MM);
+    let wide = points.iter().any(|p| unit.in_mm() * p.coords.amax() >= LARGEST_FLOAT_COORDINATE_MM);
     let mut out = BufWriter::with_capacity(1 << 16, out);
-    write_header(&mut out, points.len(), wide, colours.is_some(), normals.is_some(), scalars)?;
+    write_header(&mut out, points.len(), wide, unit, colours.is_some(), normals.is_some(), scalars)?;
     let mut record = Vec::new();
     for (index, point) in points.iter().enumerate() {
         record.clear();
@@ -63,12 +64,14 @@ fn write_header(
     out: &mut impl Write,
     count: usize,
     wide: bool,
+    unit: LengthUnit,
     colours: bool,
     normals: bool,
     scalars: &[(&str, &[f32])],
 ) -> io::Result<()> {
     let coordinate = if wide { "double" } else { "float" };
-    write!(out, "ply\nformat binary_little_endian 1.0\ncomment lengths in mm\nelement vertex {count}\n")?;
+    let unit = unit.key();
+    write!(out, "ply\nformat binary_little_endian 1.0\ncomment lengths in {unit}\nelement vertex {count}\n")?;
     for name in ["x", "y", "z"] {
         writeln!(out, "property {coordinate} {name}")?;
     }
@@ -100,7 +103,6 @@ pub fn write_stl(out: &mut impl Write, mesh: &Mesh) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::LengthUnit;
     use crate::io::{read_cloud, read_mesh};
     use crate::run::RunContext;
     use rand::{RngExt, SeedableRng};
@@ -124,7 +126,7 @@ mod tests {
             let scalar: Vec<f32> = (0..500).map(|_| random_f32(&mut rng, 1e9)).collect();
             let mut bytes = Vec::new();
             let scalars = [("deviation", &scalar[..]), ("Sigma_i", &scalar[..])];
-            write_ply_cloud(&mut bytes, &points, Some(&colours), Some(&normals), &scalars).unwrap();
+            write_ply_cloud(&mut bytes, &points, LengthUnit::Mm, Some(&colours), Some(&normals), &scalars).unwrap();
             let cloud = read_cloud(&bytes, Path::new("x.ply"), LengthUnit::Mm, &RunContext::silent()).unwrap();
             assert_eq!(cloud.positions, points);
             assert_eq!(cloud.colours.as_deref(), Some(&colours[..]));
@@ -138,10 +140,23 @@ mod tests {
     fn arrays_of_other_lengths_and_odd_names_are_not_written() {
         let points = [Point3::origin()];
         let mut out = Vec::new();
-        assert!(write_ply_cloud(&mut out, &points, Some(&[]), None, &[]).is_err());
-        assert!(write_ply_cloud(&mut out, &points, None, None, &[("a b", &[1.0])]).is_err());
-        assert!(write_ply_cloud(&mut out, &points, None, None, &[("a", &[])]).is_err());
+        assert!(write_ply_cloud(&mut out, &points, LengthUnit::Mm, Some(&[]), None, &[]).is_err());
+        assert!(write_ply_cloud(&mut out, &points, LengthUnit::Mm, None, None, &[("a b", &[1.0])]).is_err());
+        assert!(write_ply_cloud(&mut out, &points, LengthUnit::Mm, None, None, &[("a", &[])]).is_err());
         assert!(out.is_empty());
+    }
+
+    #[test]
+    fn the_comment_names_the_unit_and_far_points_keep_their_digits_in_any() {
+        // 5000 mm, in each unit: beyond the reach of `float`.
+        for unit in [LengthUnit::Mm, LengthUnit::Cm, LengthUnit::M, LengthUnit::Inch, LengthUnit::Um] {
+            let mut bytes = Vec::new();
+            write_ply_cloud(&mut bytes, &[Point3::new(5000.0 / unit.in_mm(), 0.0, 0.0)], unit, None, None, &[])
+                .unwrap();
+            let header = String::from_utf8_lossy(&bytes);
+            assert!(header.contains(&format!("comment lengths in {}\n", unit.key())), "{header}");
+            assert!(header.contains("property double x"), "{header}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `NAME.ply`: the kept points in the CAD frame with the deviation of each.
 
 use super::palette::Palette;
-use crate::geometry::Point3;
+use crate::geometry::{LengthUnit, Point3};
 use crate::inspect::{InspectionResult, Outcome};
 use crate::io::write_ply_cloud;
 use crate::scan::ConditionedScan;
@@ -31,7 +31,7 @@ pub fn ply(result: &InspectionResult, scan: &ConditionedScan) -> Vec<u8> {
     };
     let colours: Vec<[u8; 3]> = deviations.iter().map(colour).collect();
     let mut bytes = Vec::new();
-    write_ply_cloud(&mut bytes, &points, Some(&colours), None, &[("deviation", &deviations)])
+    write_ply_cloud(&mut bytes, &points, LengthUnit::Mm, Some(&colours), None, &[("deviation", &deviations)])
         .expect("a Vec takes every write");
     bytes
 }
@@ -39,7 +39,6 @@ pub fn ply(result: &InspectionResult, scan: &ConditionedScan) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::LengthUnit;
     use crate::report::example;
     use crate::run::RunContext;
     use std::path::Path;

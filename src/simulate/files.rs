@@ -23,7 +23,7 @@ pub fn write_scan(folder: &Path, name: &str, scan: &SimulatedScan, unit: LengthU
     let scale = 1.0 / unit.in_mm();
     let positions: Vec<Point3> = scan.cloud.positions.iter().map(|p| p * scale).collect();
     let path = folder.join(format!("{name}.ply"));
-    whole(&path, |out| write_ply_cloud(out, &positions, scan.cloud.colours.as_deref(), None, &[]))?;
+    whole(&path, |out| write_ply_cloud(out, &positions, unit, scan.cloud.colours.as_deref(), None, &[]))?;
     let mut truth = serde_json::to_string_pretty(&scan.truth)?;
     truth.push('\n');
     whole(&folder.join(format!("{name}.truth.json")), |out| out.write_all(truth.as_bytes()))?;

@@ -2,7 +2,7 @@
 
 use super::{read_cloud, read_mesh};
 use crate::diagnostic::{Diagnostic, ReadError};
-use crate::geometry::{Point3, PointCloud};
+use crate::geometry::{LengthUnit, Point3, PointCloud};
 use crate::io::write_ply_cloud;
 use crate::run::RunContext;
 
@@ -188,7 +188,7 @@ fn many_chunks_keep_the_order_and_lose_nothing() {
         .collect();
     let index: Vec<f32> = (0..count as u32).map(|i| i as f32).collect();
     let mut bytes = Vec::new();
-    write_ply_cloud(&mut bytes, &points, None, None, &[("index", &index)]).unwrap();
+    write_ply_cloud(&mut bytes, &points, LengthUnit::Mm, None, None, &[("index", &index)]).unwrap();
     let cloud = read_cloud(&bytes, 1.0, &RUN).unwrap();
     assert_eq!((cloud.len(), cloud.skipped_invalid), (count as usize - 4, 4));
     for (point, index) in cloud.positions.iter().zip(&cloud.scalars[0].1) {
