@@ -15,13 +15,6 @@ pub fn tukey_weight(residual: f64, width: f64) -> f64 {
     if inside > 0.0 { inside * inside } else { 0.0 }
 }
 
-/// Tukey's cost: `k²/6 (1 - (1 - (r/k)²)³)` inside, `k²/6` outside; `r²/2` for small residuals.
-pub fn tukey_rho(residual: f64, width: f64) -> f64 {
-    let q = residual / width;
-    let inside = (1.0 - q * q).max(0.0);
-    width * width / 6.0 * (1.0 - inside * inside * inside)
-}
-
 /// The median; the mean of the two middle values for an even count. `None` without values. Reorders the slice; NaN sorts
 /// by its sign to one of the ends.
 pub fn median(values: &mut [f64]) -> Option<f64> {
@@ -48,15 +41,8 @@ pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
-/// Robust standard deviation: 1.4826 times the median absolute deviation from the median. `None` without values.
-pub fn mad_scale(values: &[f64]) -> Option<f64> {
-    let mut work = values.to_vec();
-    let centre = median(&mut work)?;
-    work.iter_mut().for_each(|v| *v = (*v - centre).abs());
-    Some(SIGMA_OF_MAD * median(&mut work)?)
-}
-
 /// Robust standard deviation of residuals whose centre is known to be zero: 1.4826 times the median of their sizes.
+/// `None` without values.
 pub fn mad_scale_about_zero(values: &[f64]) -> Option<f64> {
     let mut work: Vec<f64> = values.iter().map(|v| v.abs()).collect();
     Some(SIGMA_OF_MAD * median(&mut work)?)
@@ -75,6 +61,13 @@ mod tests {
         assert_eq!(tukey_weight(0.0, 2.0), 1.0);
         assert_eq!(tukey_weight(2.0, 2.0), 0.0);
         assert_eq!(tukey_weight(-7.0, 2.0), 0.0);
+    }
+
+    /// Tukey's cost: `k²/6 (1 - (1 - (r/k)²)³)` inside, `k²/6` outside; `r²/2` for small residuals.
+    fn tukey_rho(residual: f64, width: f64) -> f64 {
+        let q = residual / width;
+        let inside = (1.0 - q * q).max(0.0);
+        width * width / 6.0 * (1.0 - inside * inside * inside)
     }
 
     #[test]
@@ -101,8 +94,9 @@ mod tests {
         // Quantiles of the standard normal at (i - 0.5)/999, by symmetry about 0: MAD must give 1 to the grid's resolution.
         let mut values: Vec<f64> =
             (1..=999).map(|i| crate::fit::soft_edge::normal::quantile((i as f64 - 0.5) / 999.0)).collect();
-        assert!((mad_scale(&values).unwrap() - 1.0).abs() < 3e-3);
+        assert!((mad_scale_about_zero(&values).unwrap() - 1.0).abs() < 3e-3);
         values.extend([1e6; 50]);
-        assert!((mad_scale(&values).unwrap() - 1.0).abs() < 0.1);
+        // The median of the sizes moves up to their 52.5 % quantile, 0.714 instead of 0.674: 6 % more.
+        assert!((mad_scale_about_zero(&values).unwrap() - 1.0).abs() < 0.1);
     }
 }

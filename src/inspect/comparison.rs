@@ -5,7 +5,7 @@ use super::verdict::decide;
 use crate::align::{FeatureAlignment, PoseUncertainty};
 use crate::geometry::{Point3, Vector3};
 use crate::measure::{self, Local, NotFound};
-use crate::plan::{ComparisonPoint, Decision, Geometry, Plan, UncertaintySettings};
+use crate::plan::{ComparisonPoint, Geometry, Plan, UncertaintySettings};
 use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 
@@ -212,14 +212,6 @@ fn standard_uncertainty_mm(
     .map(|u| u * u)
     .sum::<f64>()
     .sqrt()
-}
-
-/// The rule in words, for reports.
-pub fn decision_in_words(decision: Decision) -> &'static str {
-    match decision {
-        Decision::Iso14253 => "ISO 14253-1, the uncertainty is taken off the tolerance",
-        Decision::Plain => "plain tolerance",
-    }
 }
 
 #[cfg(test)]

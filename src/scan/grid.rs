@@ -112,13 +112,6 @@ impl PointGrid {
             }
         }
     }
-
-    /// Indices of the points within `radius_mm` of a place in the scan frame, ascending; `out` is emptied first.
-    pub fn in_sphere(&self, centre_scan: &Point3, radius_mm: f64, out: &mut Vec<u32>) {
-        out.clear();
-        self.for_each_in_sphere(centre_scan, radius_mm, |index, _| out.push(index));
-        out.sort_unstable();
-    }
 }
 
 #[cfg(test)]
@@ -141,6 +134,14 @@ mod tests {
         }
     }
 
+    /// Indices of the points within `radius_mm` of a place, ascending.
+    fn in_sphere(grid: &PointGrid, centre: &Point3, radius_mm: f64) -> Vec<u32> {
+        let mut found = Vec::new();
+        grid.for_each_in_sphere(centre, radius_mm, |index, _| found.push(index));
+        found.sort_unstable();
+        found
+    }
+
     #[test]
     fn finds_what_a_full_search_finds() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
@@ -153,28 +154,22 @@ mod tests {
         let scan = scan_of(positions, kept);
         let grid = PointGrid::build(&scan, 2.5);
         assert_eq!(grid.len(), scan.kept.len());
-        let mut found = Vec::new();
         for k in 0..200 {
             let centre = Point3::new(-60.0 + k as f64, 20.0, 0.5 * k as f64 - 50.0);
             let radius = 0.3 * f64::from(k % 60);
-            grid.in_sphere(&centre, radius, &mut found);
             let expected: Vec<u32> = (scan.kept.iter().copied())
                 .filter(|&i| nalgebra::distance_squared(&scan.cloud.positions[i as usize], &centre) <= radius * radius)
                 .collect();
-            assert_eq!(found, expected);
+            assert_eq!(in_sphere(&grid, &centre, radius), expected);
         }
     }
 
     #[test]
     fn no_points_and_a_stray_far_away() {
         let empty = PointGrid::build(&scan_of(Vec::new(), Vec::new()), 1.0);
-        let mut found = vec![7];
-        empty.in_sphere(&Point3::origin(), 1e9, &mut found);
-        assert!(found.is_empty() && empty.is_empty());
+        assert!(in_sphere(&empty, &Point3::origin(), 1e9).is_empty() && empty.is_empty());
         let far = PointGrid::build(&scan_of(vec![Point3::origin(), Point3::new(1e6, 1e6, 1e6)], vec![0, 1]), 0.1);
-        far.in_sphere(&Point3::new(1e6, 1e6, 1e6 - 0.5), 1.0, &mut found);
-        assert_eq!(found, [1]);
-        far.in_sphere(&Point3::new(f64::NAN, 0.0, 0.0), 1.0, &mut found);
-        assert!(found.is_empty());
+        assert_eq!(in_sphere(&far, &Point3::new(1e6, 1e6, 1e6 - 0.5), 1.0), [1]);
+        assert!(in_sphere(&far, &Point3::new(f64::NAN, 0.0, 0.0), 1.0).is_empty());
     }
 }
