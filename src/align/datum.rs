@@ -211,7 +211,7 @@ mod tests {
         };
         let motion = solve_hole_line_point(&d).unwrap();
         let back = motion * current_from_true;
-        // f64 at 150 mm keeps 3e-14 mm; a few dozen operations stay well below 1e-9 mm and 1e-12 rad (ALGORITHMS 6).
+        // f64 at 150 mm keeps 3e-14 mm; a few dozen operations stay well below 1e-9 mm and 1e-12 rad.
         assert!(back.rotation.angle() < 1e-12, "{}", back.rotation.angle());
         for corner in [Point3::new(150.0, 100.0, 0.0), Point3::new(-150.0, 100.0, 30.0)] {
             assert!((back * corner - corner).norm() < 1e-9);

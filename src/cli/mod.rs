@@ -48,7 +48,7 @@ enum Command {
     Verify(verify::VerifyArguments),
 }
 
-/// How the program ends (INTERFACES, section 1).
+/// How the program ends; the README tells people the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
     /// All is well: every part within tolerance, no problem found.

@@ -11,11 +11,11 @@
 //!   `var(angle) = q / (l³/6 + pi r l²/4)`;
 //! * shift along the long axis: `var = q / (pi r)`; across it: `var = q / (pi r + 2 l)`; a hole has `l = 0`.
 //!
-//! **Source of q.** ALGORITHMS.md, section 5a: a straight trimmed edge over a window of 3 mm at h = 0.168 mm is found with a
-//! standard deviation of 0.10 h, so `q = (0.10 h)² * 3 mm * (h / 0.168 mm) = 0.179 h³`: points lie along an outline at
-//! distance h, each good for a fixed part of h. This predicts, for the slot of 20 x 8 mm measured there, 1.07 mrad (measured
+//! **Source of q.** In 150 simulated clouds the soft-edge fit found a straight trimmed edge, over a window of 3 mm at
+//! h = 0.168 mm, with a standard deviation of 0.10 h, so `q = (0.10 h)² * 3 mm * (h / 0.168 mm) = 0.179 h³`: points lie along an outline at
+//! distance h, each good for a fixed part of h. This predicts, for a slot of 20 x 8 mm, 1.07 mrad (measured
 //! 1.0 to 1.3), 0.049 h and 0.029 h for its centre (measured 0.047 h and 0.025 h), and 0.049 h for a hole of 8 mm (measured
-//! 0.042 h, predicted there 0.051 h).
+//! 0.042 h; the fit's own information matrix says 0.051 h).
 //!
 //! What is left out: height noise, shadows, lost points. The figures are standard deviations (k = 1) of a good scan.
 
@@ -24,7 +24,8 @@ use super::values::short;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
-/// Point spacing in mm of the system in the paper (ALGORITHMS.md: SIVPRO at quarter resolution), for plans without `[rig]`.
+/// Point spacing in mm of the SIVPRO system (Bergström et al., "Automatic in-line inspection of shape based on
+/// photogrammetry") at quarter resolution, for plans without `[rig]`.
 pub const PAPER_SPACING_MM: f64 = 0.168;
 
 /// Variance times length of outline, in units of h³; derived in the module's head.
@@ -148,7 +149,7 @@ fn lever_mm(point: &Point3, centre: &Point3, axis: &UnitVector3) -> f64 {
 mod tests {
     use super::*;
 
-    /// The figures measured in ALGORITHMS.md, section 5a, each to the spread stated there.
+    /// The figures of the simulations named in the module's head, each to its own spread.
     #[test]
     fn predicts_what_was_measured_on_simulated_slots_and_holes() {
         let h = PAPER_SPACING_MM;

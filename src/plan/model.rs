@@ -4,7 +4,7 @@ pub use crate::geometry::LengthUnit;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use std::path::PathBuf;
 
-/// Where the CAD surface lies in the sheet (INTERFACES: `cad_side`).
+/// Where the CAD surface lies in the sheet (`cad_side` in docs/plan.md).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CadSide {
     /// Material behind the surface, against its normals.
@@ -161,7 +161,7 @@ impl Default for BackgroundSettings {
     }
 }
 
-/// How the slot turns the part (INTERFACES: `slot_reading`).
+/// How the slot turns the part (`slot_reading` in docs/plan.md).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlotReading {
     /// The line from the hole's centre to the slot's centre.
@@ -388,11 +388,4 @@ pub struct Plan {
     pub uncertainty: UncertaintySettings,
     /// `[output]`.
     pub output: OutputSettings,
-}
-
-impl Plan {
-    /// Whether the plan's numbers depend on which side of the sheet was seen.
-    pub fn needs_side(&self) -> bool {
-        self.part.cad_side != CadSide::Solid && self.part.thickness_mm > 0.0
-    }
 }
