@@ -17,6 +17,9 @@ pub(super) struct Raster {
     pub ny: usize,
 }
 
+/// Cells of a raster, about, at the most.
+const MOST_CELLS: f64 = 2e6;
+
 impl Raster {
     /// A raster over the bulk of the points: half a percent at each end may lie outside, and a margin is added.
     pub fn over(points: &[Point3], cell_mm: f64, margin_mm: f64, longest_mm: f64) -> Self {
@@ -29,6 +32,8 @@ impl Raster {
             (low.max(middle - longest_mm) - margin_mm, high.min(middle + longest_mm) + margin_mm)
         };
         let ((x0, x1), (y0, y1)) = (range(0), range(1));
+        // A part of many metres, or one in the wrong unit, gets coarser cells, not more memory.
+        let cell_mm = cell_mm.max(((x1 - x0) * (y1 - y0) / MOST_CELLS).sqrt()).max((x1 - x0).max(y1 - y0) / MOST_CELLS);
         let cells = |low: f64, high: f64| (((high - low) / cell_mm).ceil() as usize).max(1);
         Self { x0, y0, cell_mm, nx: cells(x0, x1), ny: cells(y0, y1) }
     }

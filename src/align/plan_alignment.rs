@@ -5,20 +5,26 @@ use super::datum::{DatumError, HoleLinePoint, LockRow, MeasuredPlane, solve_hole
 use super::pose::{BestFit, FeatureAlignment, MeasuredFeature};
 use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use crate::measure::slot::NominalSlot;
-use crate::measure::{self, HoleFound, Local, NotFound, SlotFound, SurfaceFound};
+use crate::measure::{self, EdgeFound, HoleFound, Local, NotFound, SlotFound, SurfaceFound};
 use crate::part::Part;
-use crate::plan::{AlignmentMethod, Feature, Geometry, Plan, RpsLock, SlotReading, UncertaintySettings};
+use crate::plan::{AlignmentMethod, Feature, Geometry, Plan, RpsLock, SlotReading};
 use crate::run::{Cancelled, RunContext};
 use crate::scan::{ConditionedScan, PointGrid};
 
 /// How well the pose is known: for every datum value the motion of the part when that value is off by its own
 /// standard uncertainty. Independent of each other; their squares add.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PoseUncertainty {
     motions: Vec<Isometry3>,
+    pivot: Point3,
 }
 
 impl PoseUncertainty {
+    /// The point that the alignment holds, CAD frame: errors of scale grow with the distance from it.
+    pub fn pivot(&self) -> Point3 {
+        self.pivot
+    }
+
     /// Standard uncertainty in mm, along a direction, of where a point of the part lies.
     pub fn at(&self, point_cad: &Point3, direction: &Vector3) -> f64 {
         self.motions.iter().map(|m| (m * point_cad - point_cad).dot(direction).powi(2)).sum::<f64>().sqrt()
@@ -60,7 +66,7 @@ pub fn align_on_plan(
             reason: None,
             features: Vec::new(),
         };
-        return Ok((alignment, PoseUncertainty::default()));
+        return Ok((alignment, nothing_known(input)));
     }
     let mut pose = best_fit.cad_from_scan;
     let mut last_shift = f64::INFINITY;
@@ -79,7 +85,11 @@ pub fn align_on_plan(
         // Windows of whole points toggle single points in and out; once the motion no longer shrinks it is that
         // toggling, far below the noise, and going on would only wander.
         if shift < SETTLED_MM || (shift < 0.01 && shift > 0.5 * last_shift) {
-            let uncertainty = pose_uncertainty(input, &found);
+            let mut uncertainty = match pose_uncertainty(input, &found) {
+                Ok(uncertainty) => uncertainty,
+                Err(error) => return Ok(degraded(input, best_fit, error.to_string(), &found)),
+            };
+            uncertainty.motions.push(motion);
             let features = match measure_datums(input, best_fit, pose) {
                 Ok(found) => report(input, &found),
                 Err((reason, found)) => return Ok(degraded(input, best_fit, reason, &found)),
@@ -109,12 +119,14 @@ enum Found {
     Hole(usize, HoleFound),
     Slot(usize, SlotFound),
     Surface(usize, SurfaceFound),
+    /// With the plan's outward direction, along which it was measured.
+    Edge(usize, EdgeFound, UnitVector3),
 }
 
 impl Found {
     fn index(&self) -> usize {
         match self {
-            Found::Hole(k, _) | Found::Slot(k, _) | Found::Surface(k, _) => *k,
+            Found::Hole(k, _) | Found::Slot(k, _) | Found::Surface(k, _) | Found::Edge(k, ..) => *k,
         }
     }
 
@@ -123,6 +135,7 @@ impl Found {
             Found::Hole(_, hole) => hole.centre,
             Found::Slot(_, slot) => slot.centre,
             Found::Surface(_, surface) => surface.position,
+            Found::Edge(_, edge, _) => edge.position,
         }
     }
 
@@ -132,6 +145,7 @@ impl Found {
             Found::Hole(_, hole) => hole.centre_covariance,
             Found::Slot(_, slot) => slot.centre_covariance,
             Found::Surface(_, surface) => return vec![surface.normal * surface.standard_uncertainty_mm],
+            Found::Edge(_, edge, outwards) => return vec![outwards.into_inner() * edge.standard_uncertainty_mm],
         };
         let axes = covariance.symmetric_eigen();
         (0..3).map(|k| axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt()).collect()
@@ -169,15 +183,13 @@ fn measure_datums(
     best_fit: &BestFit,
     pose: CadFromScan,
 ) -> Result<Vec<Found>, (String, Vec<Found>)> {
-    // Calibrated edge offsets and further plan contributions do not move a centre.
-    let none = UncertaintySettings::default();
     let local = Local {
         part: input.part,
         face: input.part.face(best_fit.face),
         scan: input.scan,
         grid: input.grid,
         cad_from_scan: pose,
-        uncertainty: &none,
+        uncertainty: &input.plan.uncertainty,
     };
     let mut found = Vec::new();
     let mut missing = Vec::new();
@@ -209,7 +221,10 @@ fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, 
         Geometry::Surface { position, direction } => {
             measure::surface(local, position, direction, DATUM_SEARCH_MM).map(|surface| Found::Surface(index, surface))
         }
-        Geometry::Edge { .. } => Err(NotFound { reason: "a trimmed edge cannot be a datum".into(), points: 0 }),
+        Geometry::Edge { position, direction, normal } => {
+            measure::edge(local, position, direction, normal, DATUM_SEARCH_MM)
+                .map(|edge| Found::Edge(index, edge, *direction))
+        }
     }
 }
 
@@ -287,20 +302,28 @@ fn slot_axes(feature: &Feature, found: &Found, nudge: Option<Nudge>) -> (UnitVec
 }
 
 /// Moves every datum value by its standard uncertainty and keeps what that does to the part.
-fn pose_uncertainty(input: &AlignmentInput, found: &[Found]) -> PoseUncertainty {
-    let Ok(base) = solve(input, found, None) else { return PoseUncertainty::default() };
+fn pose_uncertainty(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
+    let base = solve(input, found, None)?;
     let axis_reading =
         matches!(input.plan.alignment, AlignmentMethod::Features { slot_reading: SlotReading::Axis, .. });
-    let mut motions = Vec::new();
+    let mut known = nothing_known(input);
     for (datum, one) in found.iter().enumerate() {
         let slot_axis = axis_reading && matches!(one, Found::Slot(..));
         for by in if slot_axis { one.turns() } else { one.nudges() } {
-            if let Ok(nudged) = solve(input, found, Some(Nudge { datum, by })) {
-                motions.push(nudged * base.inverse());
-            }
+            let nudged = solve(input, found, Some(Nudge { datum, by }))?;
+            known.motions.push(nudged * base.inverse());
         }
     }
-    PoseUncertainty { motions }
+    Ok(known)
+}
+
+/// No motion yet, and the point that the alignment holds: the hole of the features, else the middle of the part.
+fn nothing_known(input: &AlignmentInput) -> PoseUncertainty {
+    let pivot = match &input.plan.alignment {
+        AlignmentMethod::Features { hole, .. } => input.plan.features[*hole].geometry.position(),
+        AlignmentMethod::Rps(_) | AlignmentMethod::BestFit => input.part.bounds.centre(),
+    };
+    PoseUncertainty { motions: Vec::new(), pivot }
 }
 
 fn largest_corner_shift(part: &Part, motion: &Isometry3) -> f64 {
@@ -330,7 +353,7 @@ fn degraded(
         reason: Some(reason),
         features: report(input, found),
     };
-    (alignment, PoseUncertainty::default())
+    (alignment, nothing_known(input))
 }
 
 fn report(input: &AlignmentInput, found: &[Found]) -> Vec<MeasuredFeature> {
@@ -379,6 +402,12 @@ fn report_one(input: &AlignmentInput, one: &Found) -> MeasuredFeature {
         Found::Surface(_, surface) => {
             MeasuredFeature { points_used: surface.points_used, rms_mm: surface.rms_mm, ..blank }
         }
+        Found::Edge(_, edge, outwards) => MeasuredFeature {
+            direction: Some(outwards.into_inner()),
+            points_used: edge.points_used,
+            rms_mm: edge.rms_mm,
+            ..blank
+        },
     }
 }
 

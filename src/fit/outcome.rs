@@ -209,7 +209,9 @@ fn three_sigma(
     plane: Option<CoordinatePlane>,
 ) -> Result<FitOutcome, FitError> {
     let first_outcome = outcome(kind, *first, 1.0, points, &[], plane);
-    let limit = 3.0 * first_outcome.sigma;
+    // Points that fit to rounding, or just as many points as parameters, leave nothing to reject.
+    let size = Normaliser::of(points, kind.points_needed())?.scale;
+    let limit = (3.0 * first_outcome.sigma).max(3.0 * first_outcome.rms).max(1e-12 * size);
     let kept: Vec<Point3> =
         points.iter().zip(distances(first, points, plane)).filter(|(_, d)| d.abs() <= limit).map(|(p, _)| *p).collect();
     let (shape, condition) = fit_weighted(kind, &kept, &[], plane)?;

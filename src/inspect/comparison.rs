@@ -9,8 +9,10 @@ use crate::plan::{ComparisonPoint, Geometry, Plan, UncertaintySettings};
 use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 
-/// How far beyond its tolerance a feature is looked for, mm: what lies further out is no longer that feature.
+/// How far beyond its tolerance a feature is looked for, mm.
 const SEARCH_BEYOND_TOLERANCE_MM: f64 = 2.0;
+/// And how far at most, however wide the tolerance: what lies further out is another feature, or another fold.
+pub(super) const MOST_SEARCH_MM: f64 = 5.0;
 
 /// Every comparison point, in the plan's order, and what somebody should know of single ones.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,7 +125,8 @@ fn measure_point(
 }
 
 fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFound> {
-    let search_mm = point.lower_mm.abs().max(point.upper_mm.abs()) + SEARCH_BEYOND_TOLERANCE_MM;
+    let wanted_mm = point.lower_mm.abs().max(point.upper_mm.abs()) + SEARCH_BEYOND_TOLERANCE_MM;
+    let search_mm = wanted_mm.min(MOST_SEARCH_MM);
     match &point.geometry {
         Geometry::Surface { position, direction } => {
             let found = measure::surface(local, position, direction, search_mm)?;
@@ -186,7 +189,7 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
 }
 
 /// Fit, pose and the plan's own contributions, added in squares (GUM): thickness where it was compensated, scale with
-/// the distance from the part's centre, the calibrated edge offset, the measuring system.
+/// the distance from the point that the alignment holds, the calibrated edge offset, the measuring system.
 fn standard_uncertainty_mm(
     plan: &Plan,
     local: &Local,
@@ -198,7 +201,7 @@ fn standard_uncertainty_mm(
     let nominal = point.geometry.position();
     let offset_mm = plan.part.cad_side.face_offset_mm(local.face.side, 1.0);
     let across_sheet = value.along.dot(&point.geometry.sheet_normal());
-    let scale_mm = scale_ppm * 1e-6 * (nominal - local.part.bounds.centre()).dot(&value.along);
+    let scale_mm = scale_ppm * 1e-6 * (nominal - pose.pivot()).dot(&value.along);
     let edge_mm = if value.is_edge { edge_offset_u_mm } else { 0.0 };
     [
         value.u_fit_mm,

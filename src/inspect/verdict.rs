@@ -18,7 +18,7 @@ pub fn decide(
         Decision::Iso14253 => uncertainty_mm,
         Decision::Plain => 0.0,
     };
-    if !(deviation_mm.is_finite() && guard.is_finite()) {
+    if !(deviation_mm.is_finite() && uncertainty_mm.is_finite()) {
         return (Verdict::NotMeasured, Some("the fit gave no finite value".into()));
     }
     let past = (deviation_mm - upper_mm).max(lower_mm - deviation_mm);
@@ -46,16 +46,17 @@ mod tests {
 
     #[test]
     fn the_uncertainty_is_taken_off_on_both_sides() {
-        let iso = |d| decide(Decision::Iso14253, d, 0.1, -0.5, 0.7).0;
-        assert_eq!(iso(0.6), Verdict::Pass);
-        assert_eq!(iso(0.601), Verdict::Undecided);
-        assert_eq!(iso(0.8), Verdict::Undecided);
-        assert_eq!(iso(0.801), Verdict::Fail);
-        assert_eq!(iso(-0.4), Verdict::Pass);
-        assert_eq!(iso(-0.41), Verdict::Undecided);
-        assert_eq!(iso(-0.61), Verdict::Fail);
-        let plain = |d| decide(Decision::Plain, d, 0.1, -0.5, 0.7).0;
-        assert_eq!((plain(0.7), plain(0.701), plain(-0.501)), (Verdict::Pass, Verdict::Fail, Verdict::Fail));
+        // Eighths are exact in binary, so that a value on the limit is on the limit.
+        let iso = |d| decide(Decision::Iso14253, d, 0.125, -0.5, 0.75).0;
+        assert_eq!(iso(0.625), Verdict::Pass);
+        assert_eq!(iso(0.626), Verdict::Undecided);
+        assert_eq!(iso(0.875), Verdict::Undecided);
+        assert_eq!(iso(0.876), Verdict::Fail);
+        assert_eq!(iso(-0.375), Verdict::Pass);
+        assert_eq!(iso(-0.376), Verdict::Undecided);
+        assert_eq!(iso(-0.626), Verdict::Fail);
+        let plain = |d| decide(Decision::Plain, d, 0.125, -0.5, 0.75).0;
+        assert_eq!((plain(0.75), plain(0.7501), plain(-0.5001)), (Verdict::Pass, Verdict::Fail, Verdict::Fail));
     }
 
     #[test]
@@ -67,6 +68,7 @@ mod tests {
     fn no_number_is_not_measured() {
         assert_eq!(decide(Decision::Plain, f64::NAN, 0.1, -0.5, 0.5).0, Verdict::NotMeasured);
         assert_eq!(decide(Decision::Iso14253, 0.0, f64::INFINITY, -0.5, 0.5).0, Verdict::NotMeasured);
+        assert_eq!(decide(Decision::Plain, 0.0, f64::NAN, -0.5, 0.5).0, Verdict::NotMeasured);
     }
 
     fn point(verdict: Verdict) -> PointResult {

@@ -31,7 +31,7 @@ impl Part {
         run.check()?;
         let bounds = mesh.bounds().ok_or_else(|| Diagnostic::error("the CAD has no vertices"))?;
         let (faces, thickness_mm) = match settings.cad_side {
-            CadSide::Solid => solid_faces(&mesh, settings, &mut warnings),
+            CadSide::Solid => solid_faces(&mesh, settings, &mut warnings)?,
             _ => (sheet_faces(&mesh, settings, &mut warnings), settings.thickness_mm),
         };
         run.check()?;
@@ -144,23 +144,26 @@ fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>)
     [top.0, bottom.0]
 }
 
-/// Both faces of a sheet whose CAD is a closed solid, and its thickness.
-fn solid_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>) -> ([Face; 2], f64) {
-    if let Some(split) = solid::split(mesh, settings) {
-        let [top, bottom] = split.faces;
-        let (given, found) = (settings.thickness_mm, split.found_mm);
-        if given > 0.0 && (found / given - 1.0).abs() > THICKNESS_AGREES {
-            warnings.push(format!("CAD: the solid is {found:.3} mm thick, the plan says {given:.3} mm"));
-        }
-        let (top, bottom) = rayon::join(|| Face::new(Side::Top, top), || Face::new(Side::Bottom, bottom));
-        return ([top, bottom], if given > 0.0 { given } else { found });
+/// Both faces of a sheet whose CAD is a closed solid, and its thickness, which is the CAD's.
+fn solid_faces(
+    mesh: &Mesh,
+    settings: &PartSettings,
+    warnings: &mut Vec<String>,
+) -> Result<([Face; 2], f64), Diagnostic> {
+    // A thickness in the plan that is not the CAD's must not hide the faces.
+    let unknown = PartSettings { thickness_mm: 0.0, ..settings.clone() };
+    let split = solid::split(mesh, settings).or_else(|| solid::split(mesh, &unknown));
+    let Some(split) = split else {
+        return Err(Diagnostic::error("the two faces of the sheet cannot be told apart in this solid")
+            .with_help("give a closed solid of a sheet of even thickness, or one face of it and cad_side = \"top\""));
+    };
+    let [top, bottom] = split.faces;
+    let (given, found) = (settings.thickness_mm, split.found_mm);
+    if given > 0.0 && (found / given - 1.0).abs() > THICKNESS_AGREES {
+        warnings.push(format!("CAD: the solid is {found:.3} mm thick, the plan says {given:.3} mm; the CAD's is used"));
     }
-    warnings
-        .push("CAD: the two faces of the sheet cannot be told apart, so the whole solid stands for each".to_owned());
-    let face = Face::new(Side::Top, mesh.clone());
-    let mut bottom = face.clone();
-    bottom.side = Side::Bottom;
-    ([face, bottom], settings.thickness_mm)
+    let (top, bottom) = rayon::join(|| Face::new(Side::Top, top), || Face::new(Side::Bottom, bottom));
+    Ok(([top, bottom], found))
 }
 
 /// Area-weighted centroid of the surface.

@@ -175,6 +175,10 @@ fn a_curved_solid_keeps_all_of_both_faces() {
     settings.thickness_mm = 1.0;
     let other = prepared(&thick(&dome, 0.8), &settings);
     assert!(other.warnings.iter().any(|w| w.contains("0.8") && w.contains("1.000")), "{:?}", other.warnings);
+    // Three times as much as the CAD's does not hide its faces either.
+    settings.thickness_mm = 2.5;
+    let far_off = prepared(&thick(&dome, 0.8), &settings);
+    assert!((far_off.thickness_mm - 0.8).abs() < 0.02, "{}", far_off.thickness_mm);
     settings.thickness_mm = 0.0;
     let found = prepared(&thick(&dome, 0.8), &settings).thickness_mm;
     // The chord of a facet of 0.05 rad lies within 30 (1 - cos 0.025) = 0.01 mm of the arc, on either face.
@@ -182,17 +186,13 @@ fn a_curved_solid_keeps_all_of_both_faces() {
 }
 
 #[test]
-fn a_solid_that_is_no_sheet_stands_whole_for_both_faces() {
-    let part = prepared(&cuboid([10.0, 20.0, 30.0]), &settings(CadSide::Solid, 1.0));
-    assert_eq!(part.face(Side::Top).mesh, part.face(Side::Bottom).mesh);
-    assert_eq!(part.face(Side::Bottom).side, Side::Bottom);
-    assert!(part.warnings.iter().any(|w| w.contains("cannot be told apart")), "{:?}", part.warnings);
-    // Inside out in the file: turned.
-    let mut inside_out = cuboid([10.0, 20.0, 30.0]);
-    inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    let part = prepared(&inside_out, &settings(CadSide::Solid, 1.0));
-    let hit = part.face(Side::Top).closest(&Point3::new(5.0, 10.0, 33.0), 10.0).unwrap();
-    assert!((hit.signed_mm - 3.0).abs() < 1e-12);
+fn a_solid_that_is_no_sheet_is_refused() {
+    let run = RunContext::silent();
+    let block = cuboid([10.0, 20.0, 30.0]);
+    let Err(ReadError::Bad(fault)) = Part::prepare(block, "0".repeat(64), &settings(CadSide::Solid, 1.0), &run) else {
+        panic!("a block has no two faces of a sheet")
+    };
+    assert!(fault.message.contains("cannot be told apart") && fault.help.is_some(), "{fault}");
 }
 
 #[test]

@@ -145,14 +145,14 @@ fn read_shape(table: &TableReader<'_>, kind: Kind, place: &'static str, compared
         }
         Kind::Hole => {
             let centre = point(table, place);
-            let axis = normal(table, "axis", "the normal of the sheet around the hole");
+            let axis = normal(table, "axis", "the normal of the sheet around the hole")?;
             let diameter = size(table, "diameter_mm", "the hole's diameter in mm", "write diameter_mm = 16.0");
             let told = if compared { table.optional("direction") } else { None };
             let told = match told {
-                Some(entry) => Some(direction(entry)?),
+                Some(entry) => Some(direction_in_plane(entry, &axis, "axis")?),
                 None => None,
             };
-            Some(Geometry::Hole { centre: centre?, axis: axis?, diameter_mm: diameter?, direction: told })
+            Some(Geometry::Hole { centre: centre?, axis, diameter_mm: diameter?, direction: told })
         }
         Kind::Slot => {
             let centre = point(table, place);

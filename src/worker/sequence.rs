@@ -8,6 +8,7 @@ use super::scans::{Links, list_scans};
 use super::watch::{Listed, NotYet};
 use super::{Event, Listener};
 use crate::diagnostic::{Diagnostic, ReadError, Severity};
+use crate::inspect::check_against_part;
 use crate::inspect::{Inspected, Outcome};
 use crate::plan;
 use crate::run::{Cancelled, RunContext, Stage};
@@ -95,6 +96,12 @@ impl<'a> Sequence<'a> {
         };
         let (_, prepare_ms) = clock.milliseconds();
         listener(Event::Prepared { part: part.warnings.clone(), cache });
+        let against_cad = check_against_part(&plan, &part);
+        let unfit = against_cad.iter().any(|p| p.severity == Severity::Error);
+        listener(Event::Problems(against_cad));
+        if unfit {
+            return Err(None);
+        }
         let folder = request.out.clone().unwrap_or_else(|| plan.output.path.clone());
         let opened = ResultsFolder::open(&folder, &plan.output.formats);
         let (results, warnings) = opened.map_err(|d| Some(Box::new(d)))?;
