@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &DemoArguments, manner: Manner) -> Result<Exit, Dia
 fn write_project(folder: &Path) -> Result<(), Diagnostic> {
     for (name, bytes) in demo::files() {
         let path = folder.join(name);
-        match std::fs::read(&path) {
+        match crate::io::read_plain(&path) {
             Ok(found) if found == *bytes => continue,
             Ok(_) => {
                 return Err(Diagnostic::error("is not the demo's file and is left as it is")

@@ -2,7 +2,9 @@
 
 use super::{Exit, Manner, terminal};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::inspect::Outcome;
 use crate::part::CacheUse;
+use crate::report::words::clean;
 use crate::worker::{Event, SequenceJob, SequenceRequest, SequenceSummary, StopSwitch, WatchSettings, one_line};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -127,6 +129,9 @@ impl Screen {
             Event::Finished { result, files } => {
                 self.files.extend(files);
                 self.above(|| terminal::line(one_line(&result)));
+                if let Outcome::Refused(refusal) = &result.outcome {
+                    self.note(format!("help: {}", clean(&refusal.help)));
+                }
                 self.end_of_part();
             }
             Event::Watching { folder } => {

@@ -2,7 +2,7 @@
 
 use super::comparison::compare;
 use super::map::deviation_map;
-use super::result::{Identity, Inspection, InspectionResult, Outcome};
+use super::result::{CloudCounts, Identity, Inspection, InspectionResult, Outcome};
 use super::verdict::of_part;
 use crate::align::{self, AlignmentInput, BestFit, align_on_plan};
 use crate::diagnostic::{Refusal, Stop};
@@ -31,6 +31,7 @@ pub fn inspect(
     identity: Identity,
     run: &RunContext,
 ) -> Result<Inspected, Cancelled> {
+    let mut counts = CloudCounts { points_read: Some(cloud.len() + cloud.skipped_invalid), ..CloudCounts::default() };
     let (outcome, scan) = match condition(plan, part, cloud, run) {
         Err(Stop::Refused(refusal)) => (Outcome::Refused(refusal), None),
         Err(Stop::Cancelled(cancelled)) => return Err(cancelled),
@@ -40,8 +41,17 @@ pub fn inspect(
             Err(Stop::Cancelled(cancelled)) => return Err(cancelled),
         },
     };
-    let result =
-        InspectionResult { identity, outcome, map_range_mm: plan.output.map_range_mm, method: plan.alignment.clone() };
+    if let Some(scan) = &scan {
+        counts.points_kept = Some(scan.kept.len());
+        counts.removed = Some(scan.removed);
+    }
+    let result = InspectionResult {
+        identity,
+        outcome,
+        counts,
+        map_range_mm: plan.output.map_range_mm,
+        method: plan.alignment.clone(),
+    };
     Ok(Inspected { result, scan })
 }
 
@@ -50,6 +60,7 @@ pub fn refused(plan: &Plan, identity: Identity, refusal: Refusal) -> InspectionR
     InspectionResult {
         identity,
         outcome: Outcome::Refused(refusal),
+        counts: CloudCounts::default(),
         map_range_mm: plan.output.map_range_mm,
         method: plan.alignment.clone(),
     }

@@ -196,6 +196,17 @@ pub enum Outcome {
     Refused(Refusal),
 }
 
+/// What became of a scan's points; a scan that was refused may not have come to the later ones.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CloudCounts {
+    /// Points in the file, finite or not.
+    pub points_read: Option<usize>,
+    /// Points left after the filters.
+    pub points_kept: Option<usize>,
+    /// What the filters took.
+    pub removed: Option<Removed>,
+}
+
 /// One scan's result: the one source of every report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InspectionResult {
@@ -203,6 +214,8 @@ pub struct InspectionResult {
     pub identity: Identity,
     /// What came out.
     pub outcome: Outcome,
+    /// What became of the points, as far as the scan came.
+    pub counts: CloudCounts,
     /// The plan's colour scale.
     pub map_range_mm: f64,
     /// The plan's alignment, for the report's words.

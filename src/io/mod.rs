@@ -29,6 +29,7 @@ use crate::geometry::{LengthUnit, Mesh, PointCloud};
 use crate::run::RunContext;
 use format::Format;
 use sha2::{Digest, Sha256};
+use std::io::Read;
 use std::path::Path;
 
 #[cfg(test)]
@@ -37,12 +38,33 @@ mod fuzz;
 /// Largest coordinate that is taken for a measurement, mm: ten kilometres.
 pub const LARGEST_COORDINATE_MM: f64 = 1e7;
 
+/// The whole of a plain file. Pipes and devices, which might never end, are refused before they are opened, and no more
+/// is read than the file held when it was opened.
+///
+/// # Errors
+/// The file is not there, is no plain file, or cannot be read.
+pub fn read_plain(path: &Path) -> std::io::Result<Vec<u8>> {
+    let about = std::fs::metadata(path)?;
+    if about.is_dir() {
+        return Err(std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a folder"));
+    }
+    if !about.is_file() {
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is no plain file"));
+    }
+    let file = std::fs::File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX))?;
+    file.take(length).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// The whole file.
 ///
 /// # Errors
 /// The file cannot be opened or read, or is a folder; the message carries the system's reason.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
-    std::fs::read(path).map_err(|error| {
+    read_plain(path).map_err(|error| {
         let help = match error.kind() {
             std::io::ErrorKind::NotFound => "check the name and the folder; names in a plan start at the plan's folder",
             std::io::ErrorKind::PermissionDenied => "give this user the right to read the file",

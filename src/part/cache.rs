@@ -54,7 +54,7 @@ pub(super) fn key(cad_sha256: &str, unit: LengthUnit, settings: &PartSettings) -
 
 /// Reads a part back; `None` when the file is not there, not whole or made of something else.
 pub(super) fn load(file: &Path, key: &Key) -> Option<Part> {
-    decode(&std::fs::read(file).ok()?, key)
+    decode(&crate::io::read_plain(file).ok()?, key)
 }
 
 /// Writes the part beside its CAD, whole or not at all. Nothing waits for the disk: a file torn by a power cut fails its checksum.

@@ -113,6 +113,11 @@ pub fn bracket() -> InspectionResult {
             scan_sha256: Some("59ad1b2fc74287ded1bba7af67765d23ad4a49f1ae51902cc2ed3f8ebee96cfa".into()),
             scan_taken: None,
         },
+        counts: CloudCounts {
+            points_read: Some(2_000_000),
+            points_kept: Some(1_313_042),
+            removed: Some(Removed { invalid: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 }),
+        },
         outcome: Outcome::Measured(Box::new(Inspection {
             points_read: 2_000_000,
             points_kept: 1_313_042,
@@ -196,6 +201,7 @@ pub fn degraded() -> InspectionResult {
 pub fn refused() -> InspectionResult {
     let mut result = bracket();
     result.identity.scan_sha256 = None;
+    result.counts = CloudCounts::default();
     result.outcome = Outcome::Refused(Refusal::new(
         "the scan is cut off after 1,204,331 of 2,000,000 points",
         "copy it again; the sequence goes on",

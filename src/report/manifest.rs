@@ -13,6 +13,7 @@
 
 use super::atomic;
 use crate::diagnostic::Diagnostic;
+use crate::io::read_plain;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -50,7 +51,7 @@ impl Manifest {
     /// Reads the manifest of a folder; an empty one when there is none yet.
     pub fn load(folder: &Path) -> Result<Self, Diagnostic> {
         let path = folder.join(FILE);
-        match fs::read(&path) {
+        match read_plain(&path) {
             Ok(bytes) => Self::parse(&bytes).map_err(|d| d.in_file(&path)),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
             Err(error) => Err(Diagnostic::error(format!("cannot read: {error}")).in_file(&path)),
@@ -91,7 +92,7 @@ impl Manifest {
     /// announcements.
     pub fn settle(&mut self, folder: &Path) {
         for (name, hash) in std::mem::take(&mut self.announced) {
-            let found = fs::read(folder.join(&name)).map(|bytes| hex(&Sha256::digest(&bytes)));
+            let found = read_plain(&folder.join(&name)).map(|bytes| hex(&Sha256::digest(&bytes)));
             match (hash, found) {
                 (Some(hash), Ok(found)) if found == hash => {
                     self.entries.insert(name, hash);
@@ -211,7 +212,7 @@ pub fn write(folder: &Path, names: &[String]) -> Result<(), Diagnostic> {
     let mut manifest = Manifest::load(folder)?;
     for name in names {
         let path = folder.join(name);
-        let bytes = fs::read(&path).map_err(|e| Diagnostic::error(format!("cannot read: {e}")).in_file(&path))?;
+        let bytes = read_plain(&path).map_err(|e| Diagnostic::error(format!("cannot read: {e}")).in_file(&path))?;
         manifest.record(name, &bytes);
     }
     manifest.write(folder)
@@ -266,7 +267,7 @@ fn is_done(path: &Path, announced: Option<&str>) -> bool {
 fn check(path: &Path, hash: &str) -> Result<(), Diagnostic> {
     // A link could show us another file's content under this name.
     let is_file = fs::symlink_metadata(path).is_ok_and(|m| m.is_file());
-    let bytes = match fs::read(path) {
+    let bytes = match read_plain(path) {
         Ok(bytes) if is_file => bytes,
         Ok(_) => return Err(Diagnostic::error("is a link, expected a file").in_file(path)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {

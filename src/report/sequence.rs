@@ -5,8 +5,8 @@ use super::words::{Counts, worst_first};
 use super::{ascii::number, atomic};
 use crate::diagnostic::Diagnostic;
 use crate::inspect::{InspectionResult, Outcome};
+use crate::io::read_plain;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 /// The table's file name.
@@ -102,7 +102,7 @@ impl SequenceTable {
     /// columns is refused rather than lost.
     pub fn load(folder: &Path) -> Result<Self, Diagnostic> {
         let path = folder.join(FILE);
-        let text = match fs::read_to_string(&path) {
+        let text = match read_plain(&path).and_then(|b| String::from_utf8(b).map_err(std::io::Error::other)) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => return Err(Diagnostic::error(format!("cannot read: {error}")).in_file(&path)),
@@ -283,7 +283,7 @@ mod tests {
     fn a_foreign_table_is_not_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         assert!(SequenceTable::load(folder.path()).unwrap().rows().is_empty());
-        fs::write(folder.path().join(FILE), "a,b\n1,2\n").unwrap();
+        std::fs::write(folder.path().join(FILE), "a,b\n1,2\n").unwrap();
         assert!(SequenceTable::load(folder.path()).unwrap_err().message.contains("other columns"));
     }
 }

@@ -4,7 +4,7 @@ use super::names::ResultNames;
 use super::watch::Listed;
 use crate::diagnostic::Diagnostic;
 use crate::inspect::{Inspected, Outcome};
-use crate::io::sha256_hex;
+use crate::io::{read_plain, sha256_hex};
 use crate::part::Part;
 use crate::plan::OutputFormat;
 use crate::report::manifest::{self, Manifest};
@@ -12,7 +12,7 @@ use crate::report::sequence::{self, Row, SequenceTable};
 use crate::report::{self, MapScene, atomic};
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// A folder that takes results. What stood in it from earlier runs stays and stays listed.
@@ -109,8 +109,11 @@ impl ResultsFolder {
     /// The reports of one scan as bytes. Takes the time, writes nothing.
     pub fn print(&mut self, scan: &Path, inspected: &Inspected, part: &Part) -> (String, Printed) {
         let endings: Vec<&str> = self.formats.iter().map(|format| ending_of(*format)).collect();
-        let scans = &self.scans_here;
-        let free = |name: &str| !endings.iter().any(|ending| scans.contains(&format!("{name}.{ending}")));
+        let (folder, scans, manifest) = (&self.path, &self.scans_here, &self.manifest);
+        let taken = |file: &str| scans.contains(file) || (!manifest.lists(file) && folder.join(file).exists());
+        let free = |name: &str| {
+            was_written_by_us(folder, name) || !endings.iter().any(|ending| taken(&format!("{name}.{ending}")))
+        };
         let name = self.names.name_for(scan, free);
         let print = |format: &OutputFormat| (format!("{name}.{}", ending_of(*format)), print(*format, inspected, part));
         let printed = self.formats.iter().map(print).collect();
@@ -153,6 +156,17 @@ impl ResultsFolder {
     }
 }
 
+/// Whether a result of that name stands in the folder though no manifest lists it (any more).
+fn was_written_by_us(folder: &Path, name: &str) -> bool {
+    let path = folder.join(format!("{name}.json"));
+    if !path.is_file() {
+        return false;
+    }
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(64).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains("\"schema\": \"shapeline-result/")
+}
+
 fn file_name(path: &Path) -> Option<String> {
     path.file_name().map(|name| name.to_string_lossy().into_owned())
 }
@@ -193,7 +207,7 @@ fn load_table(folder: &Path, manifest: &Manifest, warnings: &mut Vec<Diagnostic>
     };
     let path = folder.join(sequence::FILE);
     let Some(listed) = manifest.hash_of(sequence::FILE) else { return Ok(table) };
-    match fs::read(&path) {
+    match read_plain(&path) {
         Ok(bytes) if sha256_hex(&bytes) == listed => {}
         Ok(_) => {
             let copy = free_name(folder, sequence::FILE, "changed");

@@ -13,7 +13,7 @@ use crate::inspect::{Inspected, Outcome};
 use crate::plan;
 use crate::run::{Cancelled, RunContext, Stage};
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
@@ -246,7 +246,12 @@ fn not_yet(why: NotYet, fault: Diagnostic) -> ScanEnd {
     ScanEnd::NotYet(why, Some(Box::new(Diagnostic { severity: Severity::Warning, ..fault.with_help(help) })))
 }
 
+/// Opened for appending; a file that holds something else than timings is left alone.
 fn timings_file(path: &Path) -> std::io::Result<File> {
+    let mut first = [0u8; 1];
+    if path.is_file() && File::open(path)?.read(&mut first)? > 0 && first != *b"{" {
+        return Err(std::io::Error::other("the file is there already and holds no timings"));
+    }
     OpenOptions::new().create(true).append(true).open(path)
 }
 
