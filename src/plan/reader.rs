@@ -69,7 +69,11 @@ impl<'a> TableReader<'a> {
 
     /// A key that may be left out.
     pub fn optional(&self, key: &'static str) -> Option<Entry<'_>> {
-        self.asked.borrow_mut().push(key);
+        let mut asked = self.asked.borrow_mut();
+        if !asked.contains(&key) {
+            asked.push(key);
+        }
+        drop(asked);
         let (_, item) = self.table.get_key_value(key)?;
         (!item.is_none()).then_some(Entry { reader: self, key, item, line: self.line_of(key) })
     }

@@ -1,7 +1,17 @@
 //! The nearest known name for a misspelt one.
 
 /// Words people use for our keys; the right side stands where it is known.
-const SYNONYMS: [(&str, &str); 20] = [
+const SYNONYMS: [(&str, &str); 30] = [
+    ("millimetre", "mm"),
+    ("millimeter", "mm"),
+    ("centimetre", "cm"),
+    ("centimeter", "cm"),
+    ("metre", "m"),
+    ("meter", "m"),
+    ("inches", "inch"),
+    ("micron", "um"),
+    ("micrometre", "um"),
+    ("micrometer", "um"),
     ("center", "centre"),
     ("center", "position"),
     ("centre", "position"),
@@ -39,14 +49,17 @@ pub(super) fn nearest<'c>(written: &str, candidates: impl IntoIterator<Item = &'
         .and_then(|(_, known)| candidates.iter().find(|c| *c == known));
     let distance = |c: &str| strsim::damerau_levenshtein(&plain, &c.to_lowercase());
     let (best, steps) = candidates.iter().map(|c| (*c, distance(c))).min_by_key(|(_, steps)| *steps)?;
+    if let (Some(known), true) = (synonym, steps > 0) {
+        return Some((known, true));
+    }
     let enough = (plain.chars().count() / 3).max(2);
     if steps <= enough {
         return Some((best, true));
     }
-    if let Some(known) = synonym {
-        return Some((known, true));
-    }
-    let begins = candidates.iter().find(|c| plain.len() >= 3 && (c.starts_with(&plain) || plain.starts_with(**c)));
+    // A name of one or two letters begins too much to mean anything.
+    let begins = candidates
+        .iter()
+        .find(|c| plain.len() >= 3 && c.len() >= 3 && (c.starts_with(&plain) || plain.starts_with(**c)));
     Some(begins.map_or((best, false), |c| (*c, true)))
 }
 
