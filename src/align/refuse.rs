@@ -105,7 +105,7 @@ pub(super) fn unlike(coverage: f64, explained: f64, against: super::evidence::Ag
                 percent(contradiction),
                 percent(MOST_CONTRADICTION)
             ),
-            "check that the plan names the CAD of this part and not that of its mirrored twin",
+            "check that the plan names the CAD of this part and not of its mirrored twin, that the whole part is in view, and that view_direction in [scans] points from the camera to the part",
         )
         .into());
     }
