@@ -105,11 +105,12 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let starts = candidates::starts(part, &templates, &mut modes);
     let mut poses_tried = starts.len();
 
-    let ground = Ground::new(&cloud.dense, raster((2.1 * spacing).max(1.0)), low_mm(scan, cloud));
+    let ground =
+        Ground::new(&cloud.dense, raster((2.1 * spacing).max(1.0).max(diagonal / 1000.0)), low_mm(scan, cloud));
     let per_mm2 = ground.usual / ground.cell_mm2();
     let rim_points = cloud.subset(RIM_POINTS);
     let rim_per_mm2 = per_mm2 * rim_points.len() as f64 / cloud.dense.len() as f64;
-    let index = DenseIndex::build(&rim_points, raster(2.0), rim_per_mm2);
+    let index = DenseIndex::build(&rim_points, raster(f64::max(2.0, diagonal / 500.0)), rim_per_mm2);
     let subsets = candidates::stage_subsets(cloud);
     let mut list = candidates::halve(part, &subsets, &index, starts, run)?;
     let mut views = Views { part, templates: Vec::new() };
@@ -141,7 +142,7 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     }
     outcome.refuse_unless_certain(part, &list)?;
     let winner = &list[outcome.winner];
-    let every_point = DenseIndex::build(&cloud.dense, raster(2.0), per_mm2);
+    let every_point = DenseIndex::build(&cloud.dense, raster(f64::max(2.0, diagonal / 500.0)), per_mm2);
     let (pose, registered) = polish(part, cloud, &every_point, winner, run)?;
     Ok(Found {
         cad_from_scan: CadFromScan::new(pose * cloud.work_from_scan),

@@ -64,14 +64,12 @@ impl<'a> DenseIndex<'a> {
         Self { points, raster, starts, order, per_mm2 }
     }
 
-    /// Calls `each` for the points of all cells within a reach of a place.
-    fn near(&self, x: f64, y: f64, reach_mm: f64, mut each: impl FnMut(&Point3)) {
+    /// Calls `each` for the points of all cells that a box (low and high x and y) touches.
+    fn within(&self, low: [f64; 2], high: [f64; 2], mut each: impl FnMut(&Point3)) {
         let r = &self.raster;
-        let clamped = |v: f64, n: usize| (v.max(0.0) as usize).min(n - 1);
-        let (i0, i1) =
-            (clamped((x - reach_mm - r.x0) / r.cell_mm, r.nx), clamped((x + reach_mm - r.x0) / r.cell_mm, r.nx));
-        let (j0, j1) =
-            (clamped((y - reach_mm - r.y0) / r.cell_mm, r.ny), clamped((y + reach_mm - r.y0) / r.cell_mm, r.ny));
+        let clamped = |v: f64, n: usize| ((v / r.cell_mm).max(0.0) as usize).min(n - 1);
+        let (i0, i1) = (clamped(low[0] - r.x0, r.nx), clamped(high[0] - r.x0, r.nx));
+        let (j0, j1) = (clamped(low[1] - r.y0, r.ny), clamped(high[1] - r.y0, r.ny));
         for j in j0..=j1 {
             let (first, end) = (self.starts[j * r.nx + i0], self.starts[j * r.nx + i1 + 1]);
             for &k in &self.order[first as usize..end as usize] {
@@ -117,7 +115,12 @@ impl<'a> RimLock<'a> {
         // Soft ends, a quarter of a mm wide, so that the estimate is continuous in the pose.
         let ramp = |v: f64| (v / 0.25 + 0.5).clamp(0.0, 1.0);
         let (mut across, mut inner) = (0.0, 0.0);
-        self.dense.near(at.x, at.y, w + INNER_MM + self.half_width_mm, |p| {
+        // The window's box seen along z: from the inner end to the outer, to both sides, above and below.
+        let ends = [outwards * -(w + INNER_MM + 0.2), outwards * (w + 0.2)];
+        let reach = |axis: usize| 1.6 * normal[axis].abs() + (self.half_width_mm + 0.2) * along[axis].abs();
+        let low = [0, 1].map(|k| at[k] + ends[0][k].min(ends[1][k]) - reach(k));
+        let high = [0, 1].map(|k| at[k] + ends[0][k].max(ends[1][k]) + reach(k));
+        self.dense.within(low, high, |p| {
             let d = p - at;
             let s = d.dot(&outwards);
             let height = ramp(1.5 - d.dot(&normal).abs());
