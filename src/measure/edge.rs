@@ -4,7 +4,7 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::frame::{FeatureFrame, Uvw, lean_tangent, seen_place, sheet_gate_mm};
+use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::{Rim, rims_near};
@@ -51,8 +51,8 @@ pub fn edge(
     search_mm: f64,
 ) -> Result<EdgeFound, NotFound> {
     let h = local.scan.spacing_mm;
-    let seen = seen_place(local, position, normal);
-    let frame = FeatureFrame::new(*position, seen, normal, Some(direction), local.face.side);
+    let cad_normal = sheet_normal(local, position, normal, &[Vector3::zeros()]);
+    let frame = FeatureFrame::new(local, *position, &cad_normal, normal, Some(direction));
     let inner = search_mm + (8.0 * h).max(1.5);
     let half = 0.5 * (18.0 * h).max(3.0);
     let strip = strip_along_edge(local, &frame, half, inner, search_mm + 4.0 * h, h)?;
@@ -78,6 +78,7 @@ pub fn edge(
     let deviation_mm = offset - local.uncertainty.edge_offset_mm;
     let [_, eu, ev] = layer.plane;
     let w = height(&layer.plane, 0.0, offset) + patch.rise(0.0, offset);
+    clear_of_belt(local, &[frame.on_seen_face([0.0, offset, w + patch.at_origin()])], fit.points)?;
     let warning = (fit.clutter > CLUTTER[0])
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
     // Where the sheet leans, an error of its height lets more or less of the cut face through the gate.

@@ -1,6 +1,6 @@
 //! The frame of one feature: u and v in the sheet, w along the plan's normal, origin at the nominal place.
 
-use super::Local;
+use super::{Local, NotFound};
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
 use crate::plan::{CadSide, Side};
 
@@ -17,17 +17,20 @@ pub struct FeatureFrame {
     pub seen: Point3,
     /// Unit vectors u, v, w (right-handed) in the CAD frame; w is the plan's normal or direction.
     pub axes: [Vector3; 3],
-    /// +1 when w points to the camera, -1 when it points away.
+    /// +1 when w points out of the sheet towards the camera, -1 when it points away.
     pub outward: f64,
 }
 
 impl FeatureFrame {
-    /// A frame with w along `w` and, where given, v along `v` (perpendicular to w; its rest is taken off).
-    pub fn new(nominal: Point3, seen: Point3, w: &UnitVector3, v: Option<&Vector3>, side: Side) -> Self {
+    /// A frame with w along `w` and, where given, v along `v` (perpendicular to w; its rest is taken off). The place is
+    /// moved to the seen face along the CAD's `normal`, since w may lean away from it or even point the other way.
+    pub fn new(local: &Local, nominal: Point3, normal: &UnitVector3, w: &UnitVector3, v: Option<&Vector3>) -> Self {
+        let seen = seen_place(local, &nominal, normal);
+        let outward = local.face.side.sign() * if normal.dot(w) < 0.0 { -1.0 } else { 1.0 };
         let across = |a: &Vector3| UnitVector3::try_new(a - w.into_inner() * a.dot(w), 1e-6);
         let smallest = Vector3::ith(w.iamin(), 1.0);
         let v = v.and_then(across).or_else(|| across(&smallest)).map_or(Vector3::y(), |v| v.into_inner());
-        Self { nominal, seen, axes: [v.cross(w), v, w.into_inner()], outward: side.sign() }
+        Self { nominal, seen, axes: [v.cross(w), v, w.into_inner()], outward }
     }
 
     /// A place of this frame on the CAD's own face, CAD frame.
@@ -91,11 +94,46 @@ pub fn lean_tangent(local: &Local, frame: &FeatureFrame) -> f64 {
     })
 }
 
-/// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's normal on the plan's side.
+/// Normal of the CAD around a nominal place, on the side of the CAD's own normals (of a solid: the plan's): the mean over
+/// places of the plane across the plan's axis `w`, whichever way that points.
+///
+/// Where the face is further away than the sheet is thick and a little more, or leans over from `w` by more than 60° (another
+/// wall), a place does not count; where none does, `w` is all there is to go by.
+pub fn sheet_normal(local: &Local, nominal: &Point3, w: &UnitVector3, around: &[Vector3]) -> UnitVector3 {
+    const LEAST_COSINE: f64 = 0.5;
+    let cad_side = local.face.side.sign();
+    let normals = around.iter().filter_map(|away| {
+        let reach_mm = local.part.thickness_mm + 2.0 + 0.3 * away.norm();
+        let hit = local.face.closest(&(nominal + away), reach_mm)?;
+        let normal = hit.normal.into_inner() * cad_side;
+        (normal.dot(w).abs() >= LEAST_COSINE).then_some(normal)
+    });
+    let sum = normals.fold(Vector3::zeros(), |sum, n| sum + n);
+    UnitVector3::try_new(sum, 1e-3).unwrap_or(*w)
+}
+
+/// Sees to it that a place found on the seen face stands clear of the belt: lower, the filter that removes the belt has cut
+/// the sheet off or has taken a part of its points, and what was fitted is the filter's work.
+///
+/// # Errors
+/// The place is lower than the belt's clearance and three standard deviations of the belt's points.
+pub fn clear_of_belt(local: &Local, seen_places: &[Point3], points: usize) -> Result<(), NotFound> {
+    let (Some(belt), Some(clearance_mm)) = (local.scan.belt, local.scan.belt_clearance_mm) else { return Ok(()) };
+    let scan_from_cad: Isometry3 = local.cad_from_scan.scan_from_cad();
+    let heights = seen_places.iter().map(|p| belt.height_mm(&(scan_from_cad * p)));
+    let lowest_mm = heights.fold(f64::INFINITY, f64::min);
+    if lowest_mm < clearance_mm + 3.0 * belt.sigma_mm {
+        let reason = format!("lies {lowest_mm:.1} mm above the belt, too near to be told from it");
+        return Err(NotFound::new(reason, points));
+    }
+    Ok(())
+}
+
+/// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's on the plan's side.
 ///
 /// A surface is moved by the thickness as the plan says; of a solid seen from below the other skin is looked for along
 /// the normal, and where there is none (over a hole) the thickness tells.
-pub fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
+fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
     let thickness = local.part.thickness_mm;
     if local.part.cad_side != CadSide::Solid {
         return nominal + normal.into_inner() * local.part.cad_side.face_offset_mm(local.face.side, thickness);

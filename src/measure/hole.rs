@@ -1,7 +1,7 @@
 //! A circular hole.
 
-use super::frame::{FeatureFrame, seen_place};
-use super::opening::{Opening, OpeningFound, arc, measure_opening};
+use super::frame::FeatureFrame;
+use super::opening::{Opening, OpeningFound, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::Circle;
 use crate::fit::soft_edge::outline::MAX_SHAPE;
@@ -27,6 +27,8 @@ pub struct HoleFound {
     pub rms_mm: f64,
     /// Points of the fit.
     pub points_used: usize,
+    /// What somebody should know of this value.
+    pub warning: Option<String>,
 }
 
 impl Opening for Circle {
@@ -69,8 +71,8 @@ pub fn hole(
     diameter_mm: f64,
     search_mm: f64,
 ) -> Result<HoleFound, NotFound> {
-    let frame = FeatureFrame::new(*centre, seen_place(local, centre, axis), axis, None, local.face.side);
     let nominal = Circle { centre: [0.0, 0.0], radius: 0.5 * diameter_mm };
+    let frame = frame_of(local, centre, axis, None, &nominal);
     let found = measure_opening(local, &frame, &nominal, search_mm)?;
     let centre_covariance = centre_covariance(&frame, &found);
     let fit = &found.fit;
@@ -85,6 +87,7 @@ pub fn hole(
         u_diameter_mm: 2.0 * fit.covariance[(2, 2)].max(0.0).sqrt().hypot(sharpness),
         rms_mm: found.layer.rms_mm,
         points_used: fit.points,
+        warning: found.warning,
     })
 }
 

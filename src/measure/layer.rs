@@ -14,6 +14,8 @@ pub struct Layer {
     pub rms_mm: f64,
     /// Points with weight.
     pub points: usize,
+    /// Residuals from here on have no weight, mm.
+    pub width_mm: f64,
     /// Covariance of `plane`, as if every point's error were its own.
     pub covariance: Matrix3<f64>,
     /// Standard uncertainty of e0: neighbouring points' errors have something in common, and averaging helps less.
@@ -82,39 +84,39 @@ pub fn fit_layer(points: &[[f64; 3]], start: f64, needed: usize) -> Option<Layer
     let mut sizes: Vec<f64> = inside().map(f64::abs).collect();
     let sigma_mm = (SIGMA_OF_MAD * median(&mut sizes)?).max(LEAST_SIGMA_MM);
     let covariance = inverse * (sigma_mm * sigma_mm);
-    let u_height_mm = correlated_height_variance(points, &plane, width, &inverse).max(covariance[(0, 0)]).sqrt();
-    Some(Layer { plane, sigma_mm, rms_mm, points: kept, covariance, u_height_mm })
+    let told: Vec<[f64; 4]> = points
+        .iter()
+        .map(|p| (p, p[2] - height(&plane, p[0], p[1])))
+        .filter(|(_, r)| r.abs() < width)
+        .map(|(p, r)| [p[0], p[1], r, (inverse * Vector3::new(1.0, p[0], p[1])).x * tukey_weight(r, width)])
+        .collect();
+    let u_height_mm = correlated_height_variance(&told, 3.0).max(covariance[(0, 0)]).sqrt();
+    Some(Layer { plane, sigma_mm, rms_mm, points: kept, width_mm: width, covariance, u_height_mm })
 }
 
 /// Variance of e0 when errors are correlated: e0 is the sum of `a_i r_i`, so its variance is the sum of `a_i a_j C(d_ij)`,
 /// with the covariance C at a distance taken from the residuals themselves, in bins of distance, up to the first bin that
 /// is not above zero by its own standard error.
 ///
-/// The fitted plane hides a part of what neighbours have in common: with three parameters, residuals near each other
-/// have covariance `C - 3 V`, V the variance that is looked for. Both are solved for together.
-fn correlated_height_variance(points: &[[f64; 3]], plane: &[f64; 3], width: f64, inverse: &Matrix3<f64>) -> f64 {
+/// The fit hides a part of what neighbours have in common: residuals near each other have covariance `C - P`, P the mean
+/// variance of the fitted surface over the window: `hidden` times the variance that is looked for (of a plane about the
+/// middle of its points three times, one for each of its parameters). Both are solved for together.
+///
+/// `told` are (u, v, residual, a_i) of the points with weight.
+pub fn correlated_height_variance(told: &[[f64; 4]], hidden: f64) -> f64 {
     const THINNED: f64 = 350.0;
-    let inside: Vec<&[f64; 3]> = points.iter().filter(|p| (p[2] - height(plane, p[0], p[1])).abs() < width).collect();
-    let stride = (inside.len() as f64 / THINNED).round().max(1.0) as usize;
-    let sampled: Vec<[f64; 4]> = inside
-        .iter()
-        .step_by(stride)
-        .map(|p| {
-            let residual = p[2] - height(plane, p[0], p[1]);
-            let share = (inverse * Vector3::new(1.0, p[0], p[1])).x * tukey_weight(residual, width);
-            [p[0], p[1], residual, share]
-        })
-        .collect();
+    let stride = (told.len() as f64 / THINNED).round().max(1.0) as usize;
+    let sampled: Vec<[f64; 4]> = told.iter().step_by(stride).copied().collect();
     // The shares of the sampled points stand for all: their sum is 1, as that of all points is.
     let total: f64 = sampled.iter().map(|p| p[3]).sum();
     let count = sampled.len().max(1) as f64;
     let square = sampled.iter().map(|p| p[2] * p[2]).sum::<f64>() / count;
     // Thinning makes fewer points' own errors of many; those average out as the full number does.
-    let own = square * sampled.iter().map(|p| (p[3] / total).powi(2)).sum::<f64>() * count / inside.len().max(1) as f64;
+    let own = square * sampled.iter().map(|p| (p[3] / total).powi(2)).sum::<f64>() * count / told.len().max(1) as f64;
     let bins = pairs_by_distance(&sampled, total);
     let mut variance = own;
     for _ in 0..8 {
-        let covariance = |[pairs, products, _]: &[f64; 3]| products / pairs + 3.0 * variance;
+        let covariance = |[pairs, products, _]: &[f64; 3]| products / pairs + hidden * variance;
         let common = bins.iter().skip_while(|b| b[0] < 8.0).take_while(|b| covariance(b) > square / b[0].sqrt());
         variance = own + 2.0 * common.map(|b| covariance(b) * b[2]).sum::<f64>();
     }

@@ -8,6 +8,7 @@
 //! What is told as standard uncertainty (k = 1) comes from the scatter of the points alone; the plan's contributions
 //! (`[uncertainty]`) and that of the alignment are added by whoever knows them.
 
+mod bend;
 pub mod edge;
 pub mod frame;
 pub mod hole;

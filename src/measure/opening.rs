@@ -1,6 +1,6 @@
 //! What holes and slots share: points of the surrounding sheet, search, window, soft-edge fit, coverage.
 
-use super::frame::{FeatureFrame, Uvw, sheet_gate_mm};
+use super::frame::{FeatureFrame, Uvw, clear_of_belt, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::rims_near;
@@ -10,6 +10,7 @@ use crate::fit::soft_edge::{
     Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
     refine_soft_edge,
 };
+use crate::geometry::{Point3, UnitVector3, Vector3};
 
 /// An outline that encloses a void: what the search needs to know of it.
 pub trait Opening: Outline {
@@ -41,6 +42,8 @@ pub struct OpeningFound<O> {
     pub rise_mm: f64,
     /// Spacing of the points around it, mm.
     pub spacing_mm: f64,
+    /// What somebody should know of it.
+    pub warning: Option<String>,
 }
 
 impl<O: Opening> OpeningFound<O> {
@@ -57,17 +60,34 @@ impl<O: Opening> OpeningFound<O> {
         [-eu / length, -ev / length, 1.0 / length]
     }
 
-    /// Variance of the centre's height.
+    /// Variance of the centre's height, more than its points' own errors leave by what neighbours have in common.
     pub fn height_variance(&self) -> f64 {
         let [u, v] = self.fit.outline.centre();
         let row = nalgebra::Vector3::new(1.0, u, v);
-        (self.layer.covariance * row).dot(&row).max(0.0)
+        let inflation = (self.layer.u_height_mm.powi(2) / self.layer.covariance[(0, 0)]).max(1.0);
+        (self.layer.covariance * row).dot(&row).max(0.0) * inflation
     }
 }
 
 /// Material needed around the outline, mm.
 fn margin_mm(spacing_mm: f64) -> f64 {
     (8.0 * spacing_mm).max(1.5)
+}
+
+/// The frame of an opening: w along the plan's axis, v along `v`; the sheet's normal is that around its rim.
+pub fn frame_of<O: Opening>(
+    local: &Local,
+    centre: &Point3,
+    axis: &UnitVector3,
+    v: Option<&Vector3>,
+    nominal: &O,
+) -> FeatureFrame {
+    // Only the axes of this one are used.
+    let plain = FeatureFrame::new(local, *centre, axis, axis, v);
+    let ring = nominal.grown(0.5);
+    let around: Vec<Vector3> =
+        ring.iter().step_by((ring.len() / 16).max(1)).map(|p| plain.vector([p[0], p[1], 0.0])).collect();
+    FeatureFrame::new(local, *centre, &sheet_normal(local, centre, axis, &around), axis, v)
 }
 
 /// Measures an opening whose centre is nominally the frame's origin.
@@ -87,10 +107,16 @@ pub fn measure_opening<O: Opening>(
     let obstacles = obstacles(local, frame, nominal, reach + search_mm + 2.0);
     let fit = final_fit(&sheet, &rough, &obstacles, h)?;
     let spacing_mm = fit.density_per_mm2.sqrt().recip();
-    check(&fit, nominal, &sheet, spacing_mm, search_mm)?;
+    let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm)?;
+    let rim = fit.outline.grown(0.0);
+    let on_seen = |p: &[f64; 2]| {
+        frame.on_seen_face([p[0], p[1], height(&layer.plane, p[0], p[1]) + patch.at_origin() + patch.rise(p[0], p[1])])
+    };
+    let rim: Vec<Point3> = rim.iter().step_by((rim.len() / 32).max(1)).map(on_seen).collect();
+    clear_of_belt(local, &rim, fit.points)?;
     let [u, v] = fit.outline.centre();
     let rise_mm = patch.rise(u, v);
-    Ok(OpeningFound { fit, layer, rise_mm, spacing_mm })
+    Ok(OpeningFound { fit, layer, rise_mm, spacing_mm, warning: warning::<O>(inside) })
 }
 
 /// Where the CAD is sampled: three rings around the outline.
@@ -210,17 +236,31 @@ fn emptiest_place<O: Opening>(points: &[[f64; 2]], nominal: &O, search_mm: f64, 
     [best.1[0] / count, best.1[1] / count]
 }
 
-/// Points inside an outline shrunk by `depth_mm`, over those that material of that density would have there.
-fn inside_share<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> f64 {
+/// What stands inside an outline.
+#[derive(Debug, Clone, Copy, Default)]
+struct Inside {
+    /// Number of points.
+    points: f64,
+    /// Over those that material of the sheet's density would have there.
+    share: f64,
+}
+
+/// Points inside an outline shrunk by `depth_mm`.
+fn points_inside<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> Inside {
     let mut unused = [0.0; MAX_SHAPE];
     let mut step = [0.0; MAX_SHAPE];
     step[O::DEPTH.0] = -depth_mm * O::DEPTH.1;
     let inner = outline.moved(&step[..O::SHAPE]);
     if !inner.is_sound() {
-        return 0.0;
+        return Inside::default();
     }
     let found = points.iter().filter(|p| inner.signed_mm(**p, &mut unused) < 0.0).count() as f64;
-    found / (inner.void(0.0).0[0] * density_per_mm2).max(1.0)
+    Inside { points: found, share: found / (inner.void(0.0).0[0] * density_per_mm2).max(1.0) }
+}
+
+/// Their share alone.
+fn inside_share<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> f64 {
+    points_inside(points, outline, depth_mm, density_per_mm2).share
 }
 
 /// Places of the CAD's other trimmed edges near the opening, in the frame's plane: those of loops that do not run along
@@ -351,18 +391,31 @@ fn clipped(corners: &[[f64; 2]], cut: &Cut) -> Vec<[f64; 2]> {
     out
 }
 
-/// Is it the opening that was looked for, and is enough of its rim seen?
+/// Share of points inside an opening from which on a warning is due, and above which there is none.
+const FILLED: [f64; 2] = [0.05, 0.4];
+/// That many points inside may be chance, whatever share they are.
+const FEW_INSIDE: f64 = 3.0;
+
+/// The words for an opening that is not as empty as it should be.
+fn warning<O: Opening>(inside: Inside) -> Option<String> {
+    (inside.share > FILLED[0] && inside.points > FEW_INSIDE).then(|| {
+        format!("points stand inside this {} ({:.0} % of the density of the sheet)", O::WORD, 100.0 * inside.share)
+    })
+}
+
+/// Is it the opening that was looked for, and is enough of its rim seen? Tells what stands inside.
 fn check<O: Opening>(
     fit: &SoftEdgeFit<O>,
     nominal: &O,
     sheet: &[[f64; 2]],
     spacing_mm: f64,
     search_mm: f64,
-) -> Result<(), NotFound> {
+) -> Result<Inside, NotFound> {
     let word = O::WORD;
     let not = |reason: String| Err(NotFound::new(reason, fit.points));
     let [u, v] = fit.outline.centre();
-    if inside_share(sheet, &fit.outline, 0.5 * spacing_mm, fit.density_per_mm2) > 0.4 {
+    let inside = points_inside(sheet, &fit.outline, 0.5 * spacing_mm, fit.density_per_mm2);
+    if inside.share > FILLED[1] {
         return not(format!("no {word} here: the points go on over its place"));
     }
     if u.hypot(v) > search_mm {
@@ -387,7 +440,7 @@ fn check<O: Opening>(
     if !fit.converged {
         return not(format!("the search for the rim of the {word} did not settle"));
     }
-    Ok(())
+    Ok(inside)
 }
 
 /// An arc about a centre from one angle to another, as corners whose polygon has the area of the sector: the radius is

@@ -22,13 +22,8 @@ pub enum CadPatch<'a> {
 impl<'a> CadPatch<'a> {
     /// Samples the face at places of the feature's plane (those over no material are skipped) within `depth_mm`.
     pub fn sample(local: &Local<'a>, frame: &'a FeatureFrame, places: &[[f64; 2]], depth_mm: f64) -> Self {
-        let down = frame.vector([0.0, 0.0, -frame.outward]);
         let mut rows = Vec::with_capacity(places.len());
-        let height_at = |p: &[f64; 2]| {
-            let origin = frame.on_seen_face([p[0], p[1], frame.outward * depth_mm]);
-            let hit = local.face.bvh.ray(&origin, &down, 2.0 * depth_mm)?;
-            Some(frame.outward * (depth_mm - hit.t))
-        };
+        let height_at = |p: &[f64; 2]| face_height(local, frame, *p, depth_mm);
         for p in places {
             if let Some(height) = height_at(p) {
                 rows.push([p[0], p[1], height]);
@@ -69,6 +64,31 @@ impl<'a> CadPatch<'a> {
             CadPatch::Exact(_, _, height) => *height,
         }
     }
+}
+
+/// Height along w of the seen face nearest to the plane w = 0 of a frame, at most `depth_mm` away. Only what turns its outside
+/// the way the frame does counts: the opposite wall of a channel or the turned-back leaf of a hem is no reference.
+pub fn face_height(local: &Local, frame: &FeatureFrame, [u, v]: [f64; 2], depth_mm: f64) -> Option<f64> {
+    // Both rays start a little on the other side of the plane, so that a face in the plane is not missed.
+    const BACK_MM: f64 = 0.01;
+    // A ray through more leaves than this is in no sheet.
+    const LEAVES: usize = 8;
+    let cast = |sense: f64| {
+        let direction = frame.vector([0.0, 0.0, sense]);
+        let mut start = -BACK_MM;
+        for _ in 0..LEAVES {
+            let origin = frame.on_seen_face([u, v, sense * start]);
+            let hit = local.face.bvh.ray(&origin, &direction, depth_mm - start)?;
+            let at = start + hit.t;
+            let normal = local.face.mesh.normal(hit.triangle as usize)?;
+            if normal.dot(&frame.axes[2]) * frame.outward > 0.0 {
+                return Some(sense * at);
+            }
+            start = at + 1e-6;
+        }
+        None
+    };
+    [cast(1.0), cast(-1.0)].into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
 fn terms(u: f64, v: f64) -> [f64; 6] {

@@ -1,8 +1,7 @@
 //! A slot with round ends.
 
-use super::frame::{FeatureFrame, seen_place};
 use super::hole::{centre_covariance, larger_axis};
-use super::opening::{Opening, arc, measure_opening};
+use super::opening::{Opening, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::Slot;
 use crate::fit::soft_edge::outline::MAX_SHAPE;
@@ -37,6 +36,8 @@ pub struct SlotFound {
     pub rms_mm: f64,
     /// Points of the fit.
     pub points_used: usize,
+    /// What somebody should know of this value.
+    pub warning: Option<String>,
 }
 
 impl Opening for Slot {
@@ -93,12 +94,11 @@ pub struct NominalSlot {
 
 /// Measures a slot of about that size around its nominal centre, at most `search_mm` away.
 pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<SlotFound, NotFound> {
-    let seen = seen_place(local, &nominal.centre, &nominal.axis);
-    let frame = FeatureFrame::new(nominal.centre, seen, &nominal.axis, Some(&nominal.direction), local.face.side);
     let radius = 0.5 * nominal.width_mm;
     let half_straight = (0.5 * nominal.length_mm - radius).max(0.0);
     // The long axis is v of the frame.
     let start = Slot { centre: [0.0, 0.0], angle: FRAC_PI_2, half_straight, radius };
+    let frame = frame_of(local, &nominal.centre, &nominal.axis, Some(&nominal.direction), &start);
     let found = measure_opening(local, &frame, &start, search_mm)?;
     let (fit, c) = (&found.fit, &found.fit.covariance);
     let axis = frame.vector(found.normal());
@@ -122,5 +122,6 @@ pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<Slot
         u_width_mm: 2.0 * c[(4, 4)].max(0.0).sqrt().hypot(sharpness),
         rms_mm: found.layer.rms_mm,
         points_used: fit.points,
+        warning: found.warning,
     })
 }

@@ -1,12 +1,13 @@
 //! A point of the surface: where the line through the nominal place meets the measured sheet.
 //!
 //! The heights of the points above the CAD face are told along the plan's direction, a plane is fitted to them in a small
-//! disc around the line, and its height on the line is the deviation. Telling heights along the direction (and not along the
+//! disc around the line (where the deviation bends, as in a dent, a quadratic), and its height on the line is the deviation. Telling heights along the direction (and not along the
 //! face's normal) makes the plane's value on the line the intersection itself, at any tilt.
 
-use super::frame::{FeatureFrame, seen_place};
-use super::layer::{fit_layer, most_frequent_height};
-use super::patch::CadPatch;
+use super::bend::fit_bend;
+use super::frame::{FeatureFrame, clear_of_belt};
+use super::layer::{Layer, fit_layer, most_frequent_height};
+use super::patch::{CadPatch, face_height};
 use super::{Local, NotFound};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
@@ -19,9 +20,10 @@ pub struct SurfaceFound {
     pub normal: Vector3,
     /// Along the plan's direction.
     pub deviation_mm: f64,
-    /// k = 1, from the scatter of the points and what neighbours' errors have in common.
+    /// k = 1, from the scatter of the points, what neighbours' errors have in common, and the bend of the deviation within
+    /// the window that a plane may have missed.
     pub standard_uncertainty_mm: f64,
-    /// Rms of the points about the fitted plane.
+    /// Rms of the points about the fitted surface.
     pub rms_mm: f64,
     /// Points of the fit.
     pub points_used: usize,
@@ -50,9 +52,11 @@ pub fn surface(
             0,
         ));
     }
-    let seen = seen_place(local, position, &normal);
-    let frame = FeatureFrame::new(*position, seen, direction, None, side);
-    let mut radius = window_radius(local, &seen);
+    let frame = FeatureFrame::new(local, *position, &normal, direction, None);
+    if face_height(local, &frame, [0.0; 2], search_mm + 2.0).is_none() {
+        return Err(NotFound::new("the CAD has no surface here", 0));
+    }
+    let mut radius = window_radius(local, &frame.seen);
     let (patch, points) = loop {
         let places = disc_places(radius);
         let patch = CadPatch::sample(local, &frame, &places, search_mm + 2.0 + radius);
@@ -62,7 +66,9 @@ pub fn surface(
         }
         radius *= 1.4;
     };
-    measure_in(&frame, &patch, &points, radius)
+    let found = measure_in(&frame, &patch, &points, radius)?;
+    clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;
+    Ok(found)
 }
 
 /// Six spacings or 2 mm, but at most half-way to the next trimmed edge, unless that leaves too few points.
@@ -114,15 +120,61 @@ fn measure_in(
             points.len(),
         ));
     }
-    let deviation_mm = layer.plane[0] + patch.at_origin();
-    let [_, eu, ev] = layer.plane;
+    let Middle { height_mm, slope: [eu, ev], standard_uncertainty_mm, rms_mm, points } = middle(points, &layer);
+    let deviation_mm = height_mm + patch.at_origin();
     let slope = [eu + patch.rise(1e-3, 0.0) / 1e-3, ev + patch.rise(0.0, 1e-3) / 1e-3];
     Ok(SurfaceFound {
         position: frame.on_own_face([0.0, 0.0, deviation_mm]),
         normal: frame.vector([-slope[0], -slope[1], 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm: layer.u_height_mm,
-        rms_mm: layer.rms_mm,
-        points_used: layer.points,
+        standard_uncertainty_mm,
+        rms_mm,
+        points_used: points,
     })
+}
+
+/// The measured surface on the line.
+pub(super) struct Middle {
+    /// Height above the CAD.
+    pub height_mm: f64,
+    /// Slopes along u and v against the CAD.
+    pub slope: [f64; 2],
+    /// k = 1.
+    pub standard_uncertainty_mm: f64,
+    /// Of the points with weight.
+    pub rms_mm: f64,
+    /// Points with weight.
+    pub points: usize,
+}
+
+/// Fewest points from which a bend can be told.
+const NEEDED_FOR_BEND: usize = 30;
+/// A bend moves the height on the line away from the plane's; beyond this many standard uncertainties of that shift the bend is
+/// taken for real. Leaving it out costs less than the noise of three more terms only up to about one.
+const BEND_SIGMAS: f64 = 2.0;
+
+/// Height and slope on the line: the plane's, or the quadratic's where the deviation bends. Where the bend cannot be told
+/// from noise it is not corrected, but as much of it as noise hides is a part of the uncertainty.
+pub(super) fn middle(points: &[[f64; 3]], layer: &Layer) -> Middle {
+    let [height_mm, eu, ev] = layer.plane;
+    let plane = |u_bend_mm: f64| Middle {
+        height_mm,
+        slope: [eu, ev],
+        standard_uncertainty_mm: layer.u_height_mm.hypot(u_bend_mm),
+        rms_mm: layer.rms_mm,
+        points: layer.points,
+    };
+    let bend = if layer.points >= NEEDED_FOR_BEND { fit_bend(points, layer, NEEDED_FOR_BEND) } else { None };
+    let Some(bend) = bend else { return plane(0.0) };
+    let shift = bend.height_mm - height_mm;
+    if shift.abs() <= BEND_SIGMAS * bend.u_shift_mm {
+        return plane(shift.abs().min(bend.u_shift_mm));
+    }
+    Middle {
+        height_mm: bend.height_mm,
+        slope: bend.slope,
+        standard_uncertainty_mm: bend.u_height_mm,
+        rms_mm: bend.rms_mm,
+        points: bend.points,
+    }
 }

@@ -274,6 +274,7 @@ pub fn with_map(
         cloud: PointCloud { positions, ..PointCloud::default() },
         removed: Removed::default(),
         belt: None,
+        belt_clearance_mm: None,
         to_camera: None,
         spacing_mm,
         warnings: Vec::new(),

@@ -75,6 +75,7 @@ struct Outcome {
     classes: Vec<PointClass>,
     kept: Vec<u32>,
     belt: Option<BeltPlane>,
+    belt_clearance_mm: Option<f64>,
     to_camera: Option<UnitVector3>,
     spacing_mm: f64,
     warnings: Vec<String>,
@@ -96,6 +97,7 @@ impl Outcome {
             kept: self.kept,
             removed,
             belt: self.belt,
+            belt_clearance_mm: self.belt_clearance_mm,
             to_camera: self.to_camera,
             spacing_mm: self.spacing_mm,
             warnings: self.warnings,
@@ -130,7 +132,8 @@ fn attempt(
     run.check()?;
     let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints, &mut warnings)?;
     let to_camera = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));
-    Ok(Outcome { classes, kept, belt, to_camera, spacing_mm, warnings })
+    let belt_clearance_mm = belt.map(|_| rules.clearance_mm);
+    Ok(Outcome { classes, kept, belt, belt_clearance_mm, to_camera, spacing_mm, warnings })
 }
 
 fn luminance_threshold(cloud: &PointCloud, settings: &BackgroundSettings, dark_filter: DarkFilter) -> Option<f64> {

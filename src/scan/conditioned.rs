@@ -65,6 +65,8 @@ pub struct ConditionedScan {
     pub removed: Removed,
     /// The belt, when one is in view.
     pub belt: Option<BeltPlane>,
+    /// Height above the belt up to which points were taken for the belt, mm; `None` without a belt.
+    pub belt_clearance_mm: Option<f64>,
     /// From the part towards the camera, scan frame: minus the plan's view direction, else the belt's normal. `None` when
     /// neither is there.
     pub to_camera: Option<UnitVector3>,

@@ -128,6 +128,7 @@ mod tests {
             kept,
             removed: Removed::default(),
             belt: None,
+            belt_clearance_mm: None,
             to_camera: None,
             spacing_mm: 1.0,
             warnings: Vec::new(),
