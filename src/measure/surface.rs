@@ -151,10 +151,11 @@ pub(super) struct Middle {
 const NEEDED_FOR_BEND: usize = 30;
 /// A bend moves the height on the line away from the plane's; beyond this many standard uncertainties of that shift the bend is
 /// taken for real. Leaving it out costs less than the noise of three more terms only up to about one.
-const BEND_SIGMAS: f64 = 2.0;
+const BEND_SIGMAS: f64 = 1.5;
 
 /// Height and slope on the line: the plane's, or the quadratic's where the deviation bends. Where the bend cannot be told
-/// from noise it is not corrected, but as much of it as noise hides is a part of the uncertainty.
+/// from noise it is not corrected, but a bend as large as noise hides (one standard uncertainty of the shift) is a part of the
+/// uncertainty.
 pub(super) fn middle(points: &[[f64; 3]], layer: &Layer) -> Middle {
     let [height_mm, eu, ev] = layer.plane;
     let plane = |u_bend_mm: f64| Middle {
@@ -168,7 +169,7 @@ pub(super) fn middle(points: &[[f64; 3]], layer: &Layer) -> Middle {
     let Some(bend) = bend else { return plane(0.0) };
     let shift = bend.height_mm - height_mm;
     if shift.abs() <= BEND_SIGMAS * bend.u_shift_mm {
-        return plane(shift.abs().min(bend.u_shift_mm));
+        return plane(bend.u_shift_mm);
     }
     Middle {
         height_mm: bend.height_mm,
