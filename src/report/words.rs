@@ -1,6 +1,6 @@
 //! The words and the order that every report shares, so that paper, files and screen say the same.
 
-use crate::inspect::{PointResult, Verdict};
+use crate::inspect::{Measurement, PointResult, Verdict};
 
 /// The program and its version, as every report states it.
 pub const PROGRAM: &str = concat!("shapeline ", env!("CARGO_PKG_VERSION"));
@@ -103,9 +103,34 @@ pub fn signed_mm(value_mm: f64) -> String {
     if matches!(text.as_str(), "+0.000" | "-0.000") { "0.000".to_owned() } else { text }
 }
 
+/// Whether the deviation is a distance, which has no sign: that of a hole without a direction in the plan.
+pub fn is_distance(point: &PointResult) -> bool {
+    point.kind == "hole" && point.direction.norm_squared() == 0.0
+}
+
+/// The deviation of a point: with its sign, or without one where it is a distance.
+pub fn deviation(point: &PointResult, measurement: &Measurement) -> String {
+    if is_distance(point) {
+        format!("{:.3}", measurement.deviation_mm.abs())
+    } else {
+        signed_mm(measurement.deviation_mm)
+    }
+}
+
+/// The lower and the upper limit of a point; those of a distance without a plus.
+pub fn limits(point: &PointResult) -> [String; 2] {
+    let limit = |value: f64| signed_mm(value);
+    let bare = |value: f64| limit(value).trim_start_matches('+').to_owned();
+    if is_distance(point) {
+        [bare(point.lower_mm), bare(point.upper_mm)]
+    } else {
+        [limit(point.lower_mm), limit(point.upper_mm)]
+    }
+}
+
 /// Deviation over tolerance in percent; far beyond, the exact figure tells nobody more.
 pub fn percent_of_tolerance(ratio: f64) -> String {
-    if ratio < 9.995 { format!("{:.0} %", 100.0 * ratio) } else { "> 999 %".to_owned() }
+    if ratio < 9.995 { format!("{:.0} %", 100.0 * ratio) } else { ">999 %".to_owned() }
 }
 
 /// A count with a comma between thousands.
@@ -142,10 +167,11 @@ pub fn in_words(point: &PointResult) -> String {
     let deviation = measurement.deviation_mm;
     let (above, below) = (deviation - point.upper_mm, point.lower_mm - deviation);
     let past = above.max(below);
+    let off_by = if is_distance(point) { format!("hole off by {:.3} mm, ", deviation.abs()) } else { String::new() };
     match point.verdict {
         Verdict::Pass => verdict.to_owned(),
         Verdict::Undecided if past.abs() <= measurement.uncertainty_mm => format!(
-            "{verdict}: {:.3} mm {} the limit, U is {:.3} mm",
+            "{verdict}: {off_by}{:.3} mm {} the limit, U is {:.3} mm",
             past.abs(),
             if past > 0.0 { "past" } else { "inside" },
             measurement.uncertainty_mm
@@ -200,7 +226,7 @@ mod tests {
         assert_eq!([0, 999, 1000, 1313042].map(thousands), ["0", "999", "1,000", "1,313,042"]);
         assert_eq!(
             [0.494, 1.37, 1368.0, f64::INFINITY].map(percent_of_tolerance),
-            ["49 %", "137 %", "> 999 %", "> 999 %"]
+            ["49 %", "137 %", ">999 %", ">999 %"]
         );
         assert_eq!(clean("a\tb\u{202e}c\r\nd"), "a bc  d");
     }

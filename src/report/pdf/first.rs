@@ -1,20 +1,16 @@
-//! The first page: the verdict, what was inspected, the map, the worst points.
+//! The first page: the verdict, why nothing could be judged, what was inspected, the map; `worst` has the worst points.
 
-use super::map::{MapRoom, MapScene, PreparedMap, caption, kind_words, paper, prepare};
+use super::map::{MapRoom, MapScene, PreparedMap, caption, prepare};
 use super::page::{Font, Page, Paint, Type, set};
 use super::signs::sign;
-use super::theme::{BOTTOM, LEFT, QUIET, RIGHT, ROW, STROKE, STRONG, Sign, TEXT};
+use super::theme::{BOTTOM, LEFT, QUIET, RIGHT, STROKE, STRONG, Sign, TEXT};
+use super::worst::Worst;
 use crate::inspect::{Inspection, InspectionResult, Outcome, Verdict};
 use crate::report::raster::MapPicture;
-use crate::report::words::{
-    Counts, capital, in_words, part_verdict, percent_of_tolerance, signed_mm, thousands, worst_first,
-};
+use crate::report::words::{Counts, capital, part_verdict, thousands};
 
 const HEADING: Type = set(Font::SemiBold, 10.3);
-const HEAD: Type = set(Font::SemiBold, 7.4);
 const CELL: Type = set(Font::Regular, 7.8);
-const NUMBER: Type = set(Font::Mono, 7.6);
-const STRONG_NUMBER: Type = set(Font::MonoBold, 7.6);
 
 /// The sign of the whole part.
 pub fn part_sign(result: &InspectionResult) -> Sign {
@@ -32,15 +28,24 @@ pub fn part_word(result: &InspectionResult) -> &'static str {
     }
 }
 
-/// Draws the first page; gives back the picture that it refers to.
-pub fn draw(page: &mut Page<'_>, result: &InspectionResult, scene: Option<&MapScene<'_>>) -> Option<MapPicture> {
+/// What the first page leaves to the document and to the other pages.
+#[derive(Default)]
+pub struct First {
+    /// The picture that it refers to.
+    pub picture: Option<MapPicture>,
+    /// Indices of the points about which it says everything that is to be said in words.
+    pub told: Vec<usize>,
+}
+
+/// Draws the first page.
+pub fn draw(page: &mut Page<'_>, result: &InspectionResult, scene: Option<&MapScene<'_>>) -> First {
     card(page, result);
     match &result.outcome {
         Outcome::Refused(refusal) => {
             let y = identity(page, result, 46.0);
             let y = paragraph(page, y + 8.0, "Reason", &refusal.reason);
             paragraph(page, y + 3.0, "What to do", &refusal.help);
-            None
+            First::default()
         }
         Outcome::Measured(inspection) => measured(page, result, inspection, scene),
     }
@@ -51,23 +56,52 @@ fn measured(
     result: &InspectionResult,
     inspection: &Inspection,
     scene: Option<&MapScene<'_>>,
-) -> Option<MapPicture> {
-    counts(page, inspection);
-    let y = identity(page, result, 50.6);
+) -> First {
+    let down = no_alignment(page, inspection, 43.6);
+    counts(page, inspection, 46.0 + down);
+    let y = identity(page, result, 50.6 + down);
     let title = page.fonts.cut(HEADING, &map_title(inspection), RIGHT - LEFT);
     page.text(LEFT, y + 6.2, HEADING, TEXT, &title);
     let top = y + 10.0;
-    // Eight rows of the table, their head and the caption stay below the map.
-    let rows = inspection.points.len().min(8) as f64;
-    let height = BOTTOM - top - (rows + 1.0) * ROW - 21.0;
+    let worst = Worst::of(page.fonts, inspection);
+    // The worst points and the caption stay below the map.
+    let height = BOTTOM - top - worst.least_height() - 16.0;
     let map = scene.and_then(|scene| prepare(page, result, inspection, scene, MapRoom { top, height }));
     let bottom = match &map {
         Some(map) => map.put(page, result, inspection),
         None => no_map(page, top),
     };
-    caption(page, bottom + 6.0, map.as_ref());
-    worst(page, inspection, bottom + 14.2);
-    map.map(|map: PreparedMap<'_>| map.picture)
+    caption(page, bottom + 6.0, inspection, map.as_ref());
+    let told = worst.put(page, inspection, bottom + 14.2);
+    First { picture: map.map(|map: PreparedMap<'_>| map.picture), told }
+}
+
+/// Why the plan's alignment was not possible and what to do, in a box; returns how much room it took, mm.
+fn no_alignment(page: &mut Page<'_>, inspection: &Inspection, top: f64) -> f64 {
+    let alignment = &inspection.alignment;
+    let (true, Some(reason)) = (alignment.degraded, &alignment.reason) else { return 0.0 };
+    let (bold, plain) = (set(Font::SemiBold, 8.8), set(Font::Regular, 8.8));
+    let of = Sign::Verdict(Verdict::NotMeasured);
+    let x = LEFT + 10.4;
+    let room = RIGHT - x - 4.0;
+    let reason = format!("{}.", capital(reason.trim_end_matches('.')));
+    let mut lines = page.fonts.wrapped(plain, &page.fonts.printable(plain.font, &reason), room);
+    // More than three lines of one reason tell nobody more; the result files hold all of it.
+    if lines.len() > 3 {
+        lines.truncate(3);
+        lines[2] = page.fonts.cut(plain, &format!("{} …", lines[2]), room);
+    }
+    let help = "Nothing is judged without the alignment; the map shows the best fit, for orientation only. Look whether the datum \
+                feature is in the scan, free and clean, and whether its place and size in the plan are right. Then scan again.";
+    lines.extend(page.fonts.wrapped(plain, help, room));
+    let height = 4.2 * (lines.len() + 1) as f64 + 3.4;
+    page.round_rect(LEFT, top, RIGHT - LEFT, height, 1.2, &Paint::stroke(STRONG, 0.25));
+    sign(page, of, LEFT + 5.4, top + 4.6, 2.1);
+    page.text(x, top + 5.0, bold, TEXT, "The alignment of the plan was not possible");
+    for (k, line) in lines.iter().enumerate() {
+        page.text(x, top + 9.2 + 4.2 * k as f64, plain, TEXT, line);
+    }
+    height + 2.6
 }
 
 fn no_map(page: &mut Page<'_>, top: f64) -> f64 {
@@ -100,7 +134,9 @@ fn card(page: &mut Page<'_>, result: &InspectionResult) {
         page.text_right(right, y, set, TEXT, &text);
     };
     put(page, 23.2, set(Font::SemiBold, 15.5), &id.part_name, word_room);
-    put(page, 28.6, line, &format!("Number {}, revision {}", id.part_number, id.part_revision), word_room);
+    let pieces = [("Number ", id.part_number.as_str()), (", revision ", id.part_revision.as_str())];
+    let number = page.fonts.shared(line, &pieces, word_room);
+    page.text_right(right, 28.6, line, TEXT, &number);
     let side = match &result.outcome {
         Outcome::Measured(inspection) => inspection.best_fit.side.map(|side| format!(", seen from the {}", side.key())),
         Outcome::Refused(_) => None,
@@ -134,7 +170,7 @@ fn sentence(result: &InspectionResult) -> String {
     }
 }
 
-fn counts(page: &mut Page<'_>, inspection: &Inspection) {
+fn counts(page: &mut Page<'_>, inspection: &Inspection, middle: f64) {
     let counts = Counts::of(&inspection.points);
     let set = set(Font::SemiBold, 9.6);
     let mut x = LEFT + 0.5;
@@ -144,9 +180,9 @@ fn counts(page: &mut Page<'_>, inspection: &Inspection) {
         (Verdict::Undecided, counts.undecided, "undecided"),
         (Verdict::Pass, counts.pass, "in tolerance"),
     ] {
-        sign(page, Sign::Verdict(verdict), x + 2.0, 46.0, 1.9);
+        sign(page, Sign::Verdict(verdict), x + 2.0, middle, 1.9);
         let text = format!("{} {words}", thousands(count));
-        page.text(x + 5.6, 47.2, set, TEXT, &text);
+        page.text(x + 5.6, middle + 1.2, set, TEXT, &text);
         x += 5.6 + page.fonts.width_mm(set, &text) + 6.5;
     }
 }
@@ -169,13 +205,17 @@ fn identity(page: &mut Page<'_>, result: &InspectionResult, top: f64) -> f64 {
         ("Scan", &id.scan_file, points, id.scan_sha256.as_deref()),
     ];
     let (label, value, hash) = (set(Font::Regular, 8.6), set(Font::SemiBold, 8.6), set(Font::Mono, 7.0));
+    // Hashes have 64 characters: where they begin is known, and files may take the room up to their label.
+    let value_x = LEFT + 9.8;
+    let label_x = RIGHT - page.fonts.width_mm(hash, &"0".repeat(64)) - page.fonts.width_mm(label, "SHA-256") - 2.0;
     for (k, (name, file, detail, sha256)) in rows.iter().enumerate() {
         let y = top + 4.6 + 4.5 * k as f64;
         page.text(LEFT + 0.5, y, label, QUIET, name);
-        let room = 77.0 - (LEFT + 12.2) - page.fonts.width_mm(value, detail);
+        let room = label_x - 2.0 - value_x - page.fonts.width_mm(label, detail);
         let file = page.fonts.fitted(value, &page.fonts.printable(value.font, file), room);
-        page.text(LEFT + 12.2, y, value, TEXT, &format!("{file}{detail}"));
-        page.text(80.0, y, label, QUIET, "SHA-256");
+        page.text(value_x, y, value, TEXT, &file);
+        page.text(value_x + page.fonts.width_mm(value, &file), y, label, TEXT, detail);
+        page.text(label_x, y, label, QUIET, "SHA-256");
         match sha256 {
             Some(sha256) => page.text(RIGHT - page.fonts.width_mm(hash, sha256), y, hash, TEXT, sha256),
             None => page.text_right(RIGHT, y, label, QUIET, "the file could not be read"),
@@ -190,61 +230,13 @@ fn map_title(inspection: &Inspection) -> String {
     let alignment = &inspection.alignment;
     let points = thousands(inspection.map.statistics.points);
     let names: Vec<&str> = alignment.features.iter().map(|f| f.name.as_str()).collect();
-    let how = match (alignment.degraded, &alignment.reason, names.as_slice()) {
-        (true, Some(reason), _) => format!("in the best fit only: {reason}"),
-        (true, None, _) => "in the best fit only".to_owned(),
-        (false, _, []) => "in the best fit".to_owned(),
-        (false, _, [one]) => format!("after alignment on {one}"),
-        (false, _, [first @ .., last]) => format!("after alignment on {} and {last}", first.join(", ")),
+    let how = match (alignment.degraded, names.as_slice()) {
+        (true, _) => "in the best fit only".to_owned(),
+        (false, []) => "in the best fit".to_owned(),
+        (false, [one]) => format!("after alignment on {one}"),
+        (false, [first @ .., last]) => format!("after alignment on {} and {last}", first.join(", ")),
     };
     format!("Deviation map, {points} points, {how}")
-}
-
-/// The table of the worst points, as many as there is room for.
-fn worst(page: &mut Page<'_>, inspection: &Inspection, top: f64) {
-    if inspection.points.is_empty() {
-        return;
-    }
-    page.text(LEFT, top, HEADING, TEXT, "Worst points first");
-    let y = top + 5.4;
-    let name_width = inspection.points.iter().map(|p| page.fonts.width_mm(STRONG_NUMBER, &p.name)).fold(0.0, f64::max);
-    let kind_x = 20.9 + name_width.clamp(7.5, 22.0) + 2.0;
-    let number_x = |k: f64| (kind_x + 32.5) + 12.0 * k;
-    let words_x = number_x(4.0) + 3.4;
-    for (x, head) in [(20.9, "Point"), (kind_x, "Kind"), (words_x, "In words")] {
-        page.text(x, y, HEAD, QUIET, head);
-    }
-    for (k, head) in ["Deviation", "Lower", "Upper", "U", "Of tol."].iter().enumerate() {
-        page.text_right(number_x(k as f64), y, HEAD, QUIET, head);
-    }
-    page.rule(LEFT, RIGHT, y + 1.9, STRONG, 0.3);
-    let first = y + 1.9;
-    let fitting = ((BOTTOM - first) / ROW).max(0.0) as usize;
-    for (k, &i) in worst_first(&inspection.points).iter().take(fitting.min(14)).enumerate() {
-        let p = &inspection.points[i];
-        let bottom = first + ROW * (k + 1) as f64;
-        let base = bottom - 1.7;
-        sign(page, Sign::Verdict(p.verdict), LEFT + 2.8, bottom - 0.5 * ROW, 1.5);
-        page.text(20.9, base, STRONG_NUMBER, TEXT, &page.fonts.fitted(STRONG_NUMBER, &p.name, kind_x - 22.4));
-        page.text(kind_x, base, CELL, TEXT, kind_words(p));
-        let m = p.measurement.as_ref();
-        let dash = || "–".to_owned();
-        let signed = |v: f64| paper(&signed_mm(v));
-        let cells = [
-            m.map_or_else(dash, |m| signed(m.deviation_mm)),
-            signed(p.lower_mm),
-            signed(p.upper_mm),
-            m.map_or_else(dash, |m| format!("{:.3}", m.uncertainty_mm)),
-            p.tolerance_ratio().map_or_else(dash, percent_of_tolerance),
-        ];
-        for (k, cell) in cells.iter().enumerate() {
-            let set = if k == 0 { STRONG_NUMBER } else { NUMBER };
-            page.text_right(number_x(k as f64), base, set, TEXT, cell);
-        }
-        let words = page.fonts.printable(CELL.font, &in_words(p));
-        page.text(words_x, base, CELL, TEXT, &page.fonts.cut(CELL, &words, RIGHT - words_x));
-        page.rule(LEFT, RIGHT, bottom, STROKE, 0.15);
-    }
 }
 
 /// A heading with a wrapped text below; returns where it ends.

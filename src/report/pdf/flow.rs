@@ -21,7 +21,7 @@ pub struct Flow<'a> {
 struct Head {
     sign: Sign,
     word: &'static str,
-    part: String,
+    part: [String; 3],
     scan: String,
 }
 
@@ -32,7 +32,7 @@ impl<'a> Flow<'a> {
         let head = Head {
             sign: part_sign(result),
             word: part_word(result),
-            part: format!("{}, {}, revision {}", id.part_name, id.part_number, id.part_revision),
+            part: [id.part_name.clone(), id.part_number.clone(), id.part_revision.clone()],
             scan: format!("Scan {}", id.scan_file),
         };
         let mut flow = Flow { fonts, head, pages: Vec::new(), y: 0.0 };
@@ -50,7 +50,8 @@ impl<'a> Flow<'a> {
         let scan_text = self.fonts.fitted(scan, &self.fonts.printable(scan.font, &self.head.scan), 55.0);
         page.text_right(RIGHT, 15.6, scan, QUIET, &scan_text);
         let room = RIGHT - x - self.fonts.width_mm(scan, &scan_text) - 6.0;
-        let part_text = self.fonts.fitted(part, &self.fonts.printable(part.font, &self.head.part), room);
+        let [name, number, revision] = &self.head.part;
+        let part_text = self.fonts.shared(part, &[("", name), (", ", number), (", revision ", revision)], room);
         page.text(x, 15.7, part, TEXT, &part_text);
         page.rule(LEFT, RIGHT, 19.8, TEXT, 0.4);
         self.pages.push(page);

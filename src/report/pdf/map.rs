@@ -9,7 +9,7 @@ use crate::inspect::{Inspection, InspectionResult, PointResult, Verdict};
 use crate::part::Part;
 use crate::report::palette::Palette;
 use crate::report::raster::{MapInput, MapPicture, MapStyle, draw};
-use crate::report::words::{kind, signed_mm, thousands, worst_first};
+use crate::report::words::{deviation as deviation_words, kind, signed_mm, thousands, worst_first};
 use crate::scan::ConditionedScan;
 
 /// What the map needs beside the result: the part's shape and the scan's points.
@@ -166,7 +166,7 @@ impl PreparedMap<'_> {
             page.round_rect(x, flag.y - 0.5 * FLAG[0], width, FLAG[0], 0.8, &frame);
             sign(page, of, x + 2.7, flag.y - 1.9, 1.3);
             let value = match &p.measurement {
-                Some(m) => paper(&signed_mm(m.deviation_mm)),
+                Some(m) => paper(&deviation_words(p, m)),
                 None => "no value".to_owned(),
             };
             let name = page.fonts.fitted(NAME, &page.fonts.printable(NAME.font, &p.name), width - NAME_AT - 1.2);
@@ -177,7 +177,7 @@ impl PreparedMap<'_> {
 }
 
 /// The line under the map: forms of markers, from where it is seen.
-pub fn caption(page: &mut Page<'_>, baseline: f64, map: Option<&PreparedMap<'_>>) {
+pub fn caption(page: &mut Page<'_>, baseline: f64, inspection: &Inspection, map: Option<&PreparedMap<'_>>) {
     kinds(page, LEFT, baseline);
     let Some(map) = map else { return };
     let labels = match map.labelled.len() {
@@ -186,7 +186,11 @@ pub fn caption(page: &mut Page<'_>, baseline: f64, map: Option<&PreparedMap<'_>>
         LABELS => " Labels: the eight worst points.",
         _ => " Labels: all points, the worst first in the table.",
     };
-    let words = format!("Seen along the mean normal.{labels}");
+    let from = match inspection.best_fit.side {
+        Some(side) => format!("from the {}", side.key()),
+        None => "along the mean normal".to_owned(),
+    };
+    let words = format!("Seen {from}.{labels}");
     page.text_right(RIGHT, baseline, set(Font::Regular, 7.8), QUIET, &words);
 }
 

@@ -8,6 +8,7 @@ mod first;
 mod flags;
 mod flow;
 mod map;
+mod notes;
 mod page;
 mod rest;
 mod signs;
@@ -15,6 +16,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod theme;
+mod worst;
 
 use super::json::json;
 use super::raster::MapPicture;
@@ -40,16 +42,16 @@ fn pages<'a>(
     scene: Option<&MapScene<'_>>,
 ) -> (Vec<Page<'a>>, Option<MapPicture>) {
     let mut first = Page::new(fonts);
-    let picture = first::draw(&mut first, result, scene);
+    let drawn = first::draw(&mut first, result, scene);
     let mut pages = vec![first];
     if let Outcome::Measured(inspection) = &result.outcome {
-        pages.extend(rest::draw(fonts, result, inspection));
+        pages.extend(rest::draw(fonts, result, inspection, &drawn.told));
     }
     let count = pages.len();
     for (k, page) in pages.iter_mut().enumerate() {
         footer(page, k + 1, count);
     }
-    (pages, picture)
+    (pages, drawn.picture)
 }
 
 fn footer(page: &mut Page<'_>, number: usize, count: usize) {

@@ -121,6 +121,24 @@ impl Fonts {
         with(fits)
     }
 
+    /// Literal texts and values in turn on one line: when it is too wide, the widest values are shortened, never the
+    /// literal texts.
+    pub fn shared(&self, set: Type, pieces: &[(&str, &str)], room_mm: f64) -> String {
+        let values: Vec<String> = pieces.iter().map(|(_, value)| self.printable(set.font, value)).collect();
+        let literals: f64 = pieces.iter().map(|(literal, _)| self.width_mm(set, literal)).sum();
+        let widths: Vec<f64> = values.iter().map(|value| self.width_mm(set, value)).collect();
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| widths[a].total_cmp(&widths[b]));
+        let (mut left, mut rooms) = ((room_mm - literals).max(0.0), vec![0.0; values.len()]);
+        for (k, &i) in order.iter().enumerate() {
+            rooms[i] = widths[i].min(left / (order.len() - k) as f64);
+            left -= rooms[i];
+        }
+        // What is shortened by a rounding error only is not shortened.
+        let piece = |k: usize| format!("{}{}", pieces[k].0, self.fitted(set, &values[k], rooms[k] + 1e-6));
+        (0..pieces.len()).map(piece).collect()
+    }
+
     /// The text in lines no wider than the room, broken at blanks; a word wider than that is broken anywhere.
     pub fn wrapped(&self, set: Type, text: &str, room_mm: f64) -> Vec<String> {
         let mut lines = vec![String::new()];

@@ -1,22 +1,24 @@
-//! The pages after the first: all comparison points, features, holes, map and fit, notes.
+//! The pages after the first: all comparison points, features, holes, map and fit; `notes` has what is told in words.
 
 use super::flow::Flow;
 use super::map::{kind_words, paper, row_fill};
+use super::notes;
 use super::page::{Font, Fonts, Page, Paint, Type, set};
-use super::signs::sign;
 use super::table::{Align, Column, Row, put};
-use super::theme::{LEFT, QUIET, RIGHT, ROW, STROKE, STRONG, Sign, TEXT};
-use crate::inspect::{Inspection, InspectionResult, Verdict};
+use super::theme::{DENSE_ROW, LEFT, QUIET, RIGHT, STROKE, STRONG, Sign, TEXT};
+use crate::inspect::{Inspection, InspectionResult};
 use crate::report::palette::Palette;
-use crate::report::words::{capital, clean, kind, percent_of_tolerance, point_verdict, signed_mm, thousands};
+use crate::report::words::{
+    capital, deviation, kind, limits, percent_of_tolerance, point_verdict, signed_mm, thousands,
+};
 
 const HEADING: Type = set(Font::SemiBold, 10.3);
 const CELL: Type = set(Font::Regular, 7.8);
 const NUMBER: Type = set(Font::Mono, 7.6);
 const NAME: Type = set(Font::MonoBold, 7.6);
 
-/// All pages after the first.
-pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspection) -> Vec<Page<'a>> {
+/// All pages after the first; of the points in `told` everything was said in words there.
+pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspection, told: &[usize]) -> Vec<Page<'a>> {
     let mut flow = Flow::new(fonts, result);
     if !inspection.points.is_empty() {
         comparison_points(&mut flow, inspection);
@@ -24,12 +26,17 @@ pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspec
     features(&mut flow, inspection);
     holes(&mut flow, inspection);
     figures(&mut flow, result, inspection);
-    notes(&mut flow, inspection);
+    notes::put(&mut flow, inspection, told);
     flow.into_pages()
 }
 
 fn signed(value: f64) -> String {
     paper(&signed_mm(value))
+}
+
+/// A coordinate; beyond ten metres, one decimal has to do.
+fn coordinate_text(value: f64) -> String {
+    if value.abs() < 9999.9995 { signed(value) } else { paper(&format!("{value:+.1}")) }
 }
 
 fn dash() -> String {
@@ -51,45 +58,45 @@ fn name_width<'n>(fonts: &Fonts, names: impl Iterator<Item = &'n str>, least: f6
 
 fn comparison_points(flow: &mut Flow<'_>, inspection: &Inspection) {
     let fonts = flow.page().fonts;
-    // Coordinates take what they need, names the rest: in smaller type before any is shortened.
+    // Numbers have their width: eight characters are 13 mm. Names take what is left, and are shortened beyond nine
+    // characters or so; they never get smaller.
     let positions = || inspection.points.iter().flat_map(|p| p.nominal.iter().copied());
-    let number = positions().map(|v| fonts.width_mm(NUMBER, &signed(v))).fold(12.0, f64::max).min(15.0) + 1.0;
-    let room = (98.7 - 3.0 * number - 18.6 - 22.9).max(8.0);
-    let names = || inspection.points.iter().map(|p| p.name.as_str());
-    let wide = names().any(|n| fonts.width_mm(NAME, n) > room);
-    let name = if wide { set(Font::MonoBold, 6.2) } else { NAME };
-    let width = names().map(|n| fonts.width_mm(name, n)).fold(8.0, f64::max).min(room);
-    let kind_x = 20.9 + width + 2.0;
+    let number = positions().map(|v| fonts.width_mm(NUMBER, &signed(v))).fold(12.0, f64::max).min(14.7) + 1.4;
+    let kind_room = 19.6;
+    let room = 100.6 - 3.0 * number - kind_room - 20.9 - 1.6;
+    let width = name_width(fonts, inspection.points.iter().map(|p| p.name.as_str()), 8.0, room);
+    let kind_x = 20.9 + width + 1.6;
     // What is left between kind and deviation is shared evenly.
-    let coordinate = |k: f64| kind_x + 18.6 + (98.7 - kind_x - 18.6) * k / 3.0;
+    let coordinate = |k: f64| kind_x + kind_room + (100.6 - kind_x - kind_room) * k / 3.0;
     let columns = [
-        left("Point", 20.9, name, width + 0.1),
-        left("Kind", kind_x, CELL, 19.0),
-        right("x", coordinate(1.0), NUMBER, 15.1),
-        right("y", coordinate(2.0), NUMBER, 15.1),
-        right("z", coordinate(3.0), NUMBER, 15.1),
-        right("Deviation", 112.8, NAME, 13.6),
-        right("Lower", 126.0, NUMBER, 13.0),
-        right("Upper", 139.0, NUMBER, 13.0),
-        right("U", 149.8, NUMBER, 11.0),
-        right("Of tol.", 161.2, NUMBER, 12.0),
-        right("Points", 173.0, NUMBER, 12.0),
+        left("Point", 20.9, NAME, width + 0.1),
+        left("Kind", kind_x, CELL, kind_room),
+        right("x", coordinate(1.0), NUMBER, number - 1.2),
+        right("y", coordinate(2.0), NUMBER, number - 1.2),
+        right("z", coordinate(3.0), NUMBER, number - 1.2),
+        right("Deviation", 114.8, NAME, 13.4),
+        right("Lower", 127.4, NUMBER, 12.0),
+        right("Upper", 140.0, NUMBER, 12.0),
+        right("U", 150.4, NUMBER, 9.9),
+        right("Of tol.", 162.9, NUMBER, 12.0),
+        right("Points", 173.8, NUMBER, 10.3),
         left("Verdict", 176.2, CELL, RIGHT - 176.2),
     ];
     let row = |p: &crate::inspect::PointResult| {
         let m = p.measurement.as_ref();
+        let [lower, upper] = limits(p);
         Row {
             sign: Some(Sign::Verdict(p.verdict)),
             fill: row_fill(p.verdict).is_some(),
             cells: vec![
                 p.name.clone(),
                 kind_words(p).to_owned(),
-                signed(p.nominal.x),
-                signed(p.nominal.y),
-                signed(p.nominal.z),
-                m.map_or_else(dash, |m| signed(m.deviation_mm)),
-                signed(p.lower_mm),
-                signed(p.upper_mm),
+                coordinate_text(p.nominal.x),
+                coordinate_text(p.nominal.y),
+                coordinate_text(p.nominal.z),
+                m.map_or_else(dash, |m| paper(&deviation(p, m))),
+                paper(&lower),
+                paper(&upper),
                 m.map_or_else(dash, |m| format!("{:.3}", m.uncertainty_mm)),
                 p.tolerance_ratio().map_or_else(dash, percent_of_tolerance),
                 thousands(p.points_used),
@@ -186,15 +193,18 @@ fn holes(flow: &mut Flow<'_>, inspection: &Inspection) {
     put(flow, "Holes", &columns, &rows);
 }
 
+/// Height of the three blocks, mm: a title and eight rows.
+const FIGURES: f64 = 6.2 + 8.0 * DENSE_ROW;
+
 /// Histogram, map and fit, background: three blocks side by side.
 fn figures(flow: &mut Flow<'_>, result: &InspectionResult, inspection: &Inspection) {
-    flow.need(48.0);
+    flow.need(FIGURES);
     let y = flow.y;
     let page = flow.page();
     histogram(page, result, inspection, y);
     map_and_fit(page, result, inspection, y);
     background(page, inspection, y);
-    flow.y = y + 11.0 + 8.0 * ROW;
+    flow.y = y + FIGURES + 2.0;
 }
 
 /// Bars on either side of zero.
@@ -202,7 +212,7 @@ const BARS: usize = 20;
 
 fn histogram(page: &mut Page<'_>, result: &InspectionResult, inspection: &Inspection, y: f64) {
     let range = result.map_range_mm;
-    let (x, width, base, height) = (LEFT + 5.0, 67.0, y + 37.0, 27.0);
+    let (x, width, base, height) = (LEFT + 5.0, 67.0, y + 35.6, 27.0);
     page.text(LEFT, y + 4.0, HEADING, TEXT, &format!("Map, points per {} mm", trimmed(range / BARS as f64)));
     let mut bars = [0usize; 2 * BARS];
     for &d in &inspection.map.deviations_mm {
@@ -273,83 +283,9 @@ fn background(page: &mut Page<'_>, inspection: &Inspection, y: f64) {
 fn pairs(page: &mut Page<'_>, title: &str, x0: f64, x1: f64, y: f64, rows: &[(String, String)]) {
     page.text(x0, y + 4.0, HEADING, TEXT, title);
     for (k, (name, value)) in rows.iter().enumerate() {
-        let bottom = y + 6.2 + ROW * (k + 1) as f64;
-        page.text(x0 + 1.2, bottom - 1.7, CELL, TEXT, name);
-        page.text_right(x1 - 1.2, bottom - 1.7, NUMBER, TEXT, value);
+        let bottom = y + 6.2 + DENSE_ROW * (k + 1) as f64;
+        page.text(x0 + 1.2, bottom - 1.3, CELL, TEXT, name);
+        page.text_right(x1 - 1.2, bottom - 1.3, NUMBER, TEXT, value);
         page.rule(x0, x1, bottom, STROKE, 0.15);
     }
-}
-
-/// What somebody should read: why the alignment is degraded, why points have no verdict, warnings.
-fn notes(flow: &mut Flow<'_>, inspection: &Inspection) {
-    if let Some(reason) = &inspection.alignment.reason {
-        let text = format!("{reason}. Nothing is judged in the best fit; the map is for orientation only.");
-        note(flow, Some(Sign::Verdict(Verdict::NotMeasured)), "The alignment of the plan was not possible.", &text);
-    }
-    for (verdict, said) in [(Verdict::NotMeasured, "not measured"), (Verdict::Undecided, "undecided")] {
-        for (reason, names) in by_reason(inspection, verdict) {
-            let were = if names.len() == 1 { "was" } else { "were" };
-            let more = match verdict {
-                Verdict::NotMeasured => " A point that is not measured never counts as in tolerance.",
-                _ => "",
-            };
-            let text = format!("{}.{more}", reason.trim_end_matches('.'));
-            note(flow, Some(Sign::Verdict(verdict)), &format!("{} {were} {said}.", listed(&names)), &text);
-        }
-    }
-    for warning in &inspection.warnings {
-        note(flow, None, "Warning.", warning);
-    }
-}
-
-/// Points of a verdict with a reason, gathered by reason, in the plan's order.
-fn by_reason(inspection: &Inspection, verdict: Verdict) -> Vec<(String, Vec<String>)> {
-    let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
-    for p in inspection.points.iter().filter(|p| p.verdict == verdict) {
-        let Some(reason) = &p.reason else { continue };
-        let (reason, name) = (clean(reason), clean(&p.name));
-        match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, names)) => names.push(name),
-            None => reasons.push((reason, vec![name])),
-        }
-    }
-    reasons
-}
-
-/// "P1", "P1 and P2", "P1, P2 and P3"; long lists end with how many more there are.
-fn listed(names: &[String]) -> String {
-    const SHOWN: usize = 12;
-    match names {
-        [] => String::new(),
-        [one] => one.clone(),
-        many if many.len() > SHOWN + 1 => format!("{} and {} more", many[..SHOWN].join(", "), many.len() - SHOWN),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
-/// A framed text: a bold opening, then the rest, wrapped; with a sign before it.
-fn note(flow: &mut Flow<'_>, of: Option<Sign>, opening: &str, text: &str) {
-    let text = &capital(text);
-    let (bold, plain) = (set(Font::SemiBold, 8.8), set(Font::Regular, 8.8));
-    let x = if of.is_some() { LEFT + 10.4 } else { LEFT + 4.0 };
-    let room = RIGHT - x - 4.0;
-    let fonts = flow.page().fonts;
-    let opening_lines = fonts.wrapped(bold, &fonts.printable(bold.font, opening), room);
-    let mut lines = fonts.wrapped(plain, &fonts.printable(plain.font, text), room);
-    // Forty lines fill most of a page: more of one reason tells nobody more.
-    lines.truncate(40);
-    let height = 4.4 * (opening_lines.len() + lines.len()) as f64 + 4.6;
-    flow.need(height + 2.0);
-    let y = flow.y;
-    let page = flow.page();
-    page.round_rect(LEFT, y, RIGHT - LEFT, height, 1.2, &Paint::stroke(STRONG, 0.25));
-    if let Some(of) = of {
-        sign(page, of, LEFT + 5.4, y + 5.0, 2.1);
-    }
-    let mut baseline = y + 5.4;
-    for (set, line) in opening_lines.iter().map(|l| (bold, l)).chain(lines.iter().map(|l| (plain, l))) {
-        page.text(x, baseline, set, TEXT, line);
-        baseline += 4.4;
-    }
-    flow.y = y + height + 2.6;
 }

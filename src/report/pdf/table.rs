@@ -3,7 +3,7 @@
 use super::flow::Flow;
 use super::page::{Font, Type, set};
 use super::signs::sign;
-use super::theme::{LEFT, QUIET, RIGHT, ROW, STROKE, STRONG, Sign, TEXT};
+use super::theme::{DENSE_ROW, LEFT, QUIET, RIGHT, STROKE, STRONG, Sign, TEXT};
 use crate::report::pdf::page::Paint;
 
 /// Where a column's text stands.
@@ -45,16 +45,16 @@ const HEAD: Type = set(Font::SemiBold, 7.4);
 /// Puts a table with its title into the flow.
 pub fn put(flow: &mut Flow<'_>, title: &str, columns: &[Column], rows: &[Row]) {
     // A title with its head and two rows never stands alone at the foot of a page.
-    flow.need(14.0 + 2.0 * ROW);
+    flow.need(14.0 + 2.0 * DENSE_ROW);
     head(flow, title, columns);
     for row in rows {
-        if !flow.has(ROW) {
+        if !flow.has(DENSE_ROW) {
             flow.turn();
             head(flow, &format!("{title}, continued"), columns);
         }
         put_row(flow, columns, row);
     }
-    flow.y += 4.2;
+    flow.y += 3.4;
 }
 
 fn head(flow: &mut Flow<'_>, title: &str, columns: &[Column]) {
@@ -75,19 +75,19 @@ fn put_row(flow: &mut Flow<'_>, columns: &[Column], row: &Row) {
     let y = flow.y;
     let page = flow.page();
     if let (Some(sign), true) = (row.sign, row.fill) {
-        page.rect(LEFT, y, RIGHT - LEFT, ROW, &Paint::fill(sign.fill()));
+        page.rect(LEFT, y + 0.1, RIGHT - LEFT, DENSE_ROW - 0.1, &Paint::fill(sign.fill()));
     }
     if let Some(of) = row.sign {
-        sign(page, of, LEFT + 2.8, y + 0.5 * ROW, 1.4);
+        sign(page, of, LEFT + 2.8, y + 0.5 * DENSE_ROW, 1.4);
     }
     for (column, cell) in columns.iter().zip(&row.cells) {
         let text = page.fonts.printable(column.set.font, cell);
         let text = page.fonts.fitted(column.set, &text, column.room);
         match column.align {
-            Align::Left(x) => page.text(x, y + 3.4, column.set, TEXT, &text),
-            Align::Right(x) => page.text_right(x, y + 3.4, column.set, TEXT, &text),
+            Align::Left(x) => page.text(x, y + 3.1, column.set, TEXT, &text),
+            Align::Right(x) => page.text_right(x, y + 3.1, column.set, TEXT, &text),
         }
     }
-    page.rule(LEFT, RIGHT, y + ROW, STROKE, 0.15);
-    flow.y = y + ROW;
+    page.rule(LEFT, RIGHT, y + DENSE_ROW, STROKE, 0.15);
+    flow.y = y + DENSE_ROW;
 }

@@ -107,11 +107,14 @@ fn the_first_page_says_what_came_out_and_every_page_its_number() {
                 "Fail: edge 0.258 mm too short",
                 "after alignment on H1, S1 and A1",
             ],
-            "degraded" => {
-                &["Incomplete", "11 of 11 points not measured", "in the best fit only: datum S1 not measured"]
-            }
+            "degraded" => &[
+                "Incomplete",
+                "11 of 11 points not measured",
+                "in the best fit only",
+                "Datum S1 not measured: 9 points",
+            ],
             "refused" => &["Refused", "The scan was not measured", "cut off after 1,204,331", "Copy it again"],
-            "no points" => &["The plan has no comparison points"],
+            "no points" => &["The plan has no comparison points", "nothing was judged"],
             "500 points" => &["of 500 points out of tolerance"],
             _ => &["Incomplete", "Längsträger", "…", "(copy)"],
         };

@@ -67,5 +67,7 @@ pub const LEFT: f64 = 13.8;
 pub const RIGHT: f64 = 196.2;
 /// Nothing but the footer stands below this, mm from the top.
 pub const BOTTOM: f64 = 279.0;
-/// Height of a table row, mm.
+/// Height of a row in the table of the first page, mm.
 pub const ROW: f64 = 5.03;
+/// Height of a row in the tables of the other pages, mm: 12.5 pt.
+pub const DENSE_ROW: f64 = 4.4;

@@ -27,6 +27,13 @@ const HATCH_DARK: [f64; 3] = [133.0, 143.0, 156.0];
 /// Steps of the scale from its end to zero: fine enough not to be seen, coarse enough for the picture to compress well.
 const COLOUR_STEPS: f64 = 96.0;
 
+/// A turn of the normal within a millimetre that is a bend: four degrees, a radius of 14 mm. Crowns are flatter.
+const BEND: f32 = 0.07;
+
+/// Lines that reach less far than this are left out, mm: they go round a single stray value, or are pieces of noise.
+const LEAST_LEVEL_MM: f64 = 10.0;
+const LEAST_BEND_MM: f64 = 5.0;
+
 /// A jump in depth between neighbouring pixels that is drawn as an outline, mm.
 const JUMP_MM: f32 = 3.0;
 
@@ -34,7 +41,8 @@ const JUMP_MM: f32 = 3.0;
 pub fn compose(surface: &Surface, field: &Field, style: &Style) -> Vec<u8> {
     let (width, height) = (field.width, field.height);
     let seen = Seen::of(surface, width, height);
-    let lines = level_lines(field, &seen, style);
+    let lines = without_specks(level_lines(field, &seen, style), width, LEAST_LEVEL_MM * style.px_per_mm);
+    let bends = without_specks(seen.bend_lines(style.px_per_mm), width, LEAST_BEND_MM * style.px_per_mm);
     let colours: Vec<Rgb> =
         (0..=2 * COLOUR_STEPS as usize).map(|k| style.palette.colour(k as f64 / COLOUR_STEPS - 1.0)).collect();
     let mut pixels = vec![255u8; width * height * 3];
@@ -54,6 +62,8 @@ pub fn compose(surface: &Surface, field: &Field, style: &Style) -> Vec<u8> {
                 colour = OUTLINE;
             } else if lines[y * width + x] {
                 colour = colour.map(|c| 0.72 * c);
+            } else if bends[y * width + x] {
+                colour = colour.map(|c| 0.86 * c);
             }
             (0..3).for_each(|c| row[3 * x + c] = (colour[c] + 0.5) as u8);
         }
@@ -91,6 +101,8 @@ struct Seen {
     height: usize,
     part: Vec<u8>,
     depth_mm: Vec<f32>,
+    /// The normal of the middle sample to the right and up.
+    tilt: Vec<[f32; 2]>,
 }
 
 impl Seen {
@@ -102,7 +114,11 @@ impl Seen {
             .into_par_iter()
             .map(|p| at(p).map(|s| s.depth_mm).fold(f32::NEG_INFINITY, f32::max))
             .collect();
-        Seen { width, height, part, depth_mm }
+        let tilt = (0..width * height)
+            .into_par_iter()
+            .map(|p| sample(surface, p % width, p / width, 0).tilt.map(|t| f32::from(t) / 127.0))
+            .collect();
+        Seen { width, height, part, depth_mm, tilt }
     }
 
     fn inside(&self, x: usize, y: usize) -> bool {
@@ -128,6 +144,80 @@ impl Seen {
                 || ends(Some(x), Some(y + r))
         })
     }
+}
+
+impl Seen {
+    /// Thin lines where bends begin and end: around the places at which the normal turns by more than `BEND` within a
+    /// millimetre.
+    fn bend_lines(&self, px_per_mm: f64) -> Vec<bool> {
+        let (width, height) = (self.width, self.height);
+        let reach = (px_per_mm.round() as usize).max(1);
+        let bent: Vec<bool> = (0..width * height)
+            .into_par_iter()
+            .map(|p| {
+                let (x, y) = (p % width, p / width);
+                let turn = |from: usize, to: usize| {
+                    let known = self.part[from] > 0 && self.part[to] > 0;
+                    let same_fold = (self.depth_mm[from] - self.depth_mm[to]).abs() < JUMP_MM;
+                    let (a, b) = (self.tilt[from], self.tilt[to]);
+                    if known && same_fold { (a[0] - b[0]).hypot(a[1] - b[1]) } else { 0.0 }
+                };
+                let half = reach.div_ceil(2);
+                let (left, right) = (x.saturating_sub(half), (x + half).min(width - 1));
+                let (up, down) = (y.saturating_sub(half), (y + half).min(height - 1));
+                self.part[p] > 0
+                    && (turn(y * width + left, y * width + right) > BEND
+                        || turn(up * width + x, down * width + x) > BEND)
+            })
+            .collect();
+        (0..width * height)
+            .into_par_iter()
+            .map(|p| {
+                let (x, y) = (p % width, p / width);
+                bent[p] && !(x > 0 && x + 1 < width && y > 0 && y + 1 < height)
+                    || bent[p] && !(bent[p - 1] && bent[p + 1] && bent[p - width] && bent[p + width])
+            })
+            .collect()
+    }
+}
+
+/// The lines without those (connected over sides and corners) whose frame's longer side is shorter than `least_px`.
+fn without_specks(mut lines: Vec<bool>, width: usize, least_px: f64) -> Vec<bool> {
+    let height = lines.len() / width.max(1);
+    let mut seen = vec![false; lines.len()];
+    let mut line = Vec::new();
+    for start in 0..lines.len() {
+        if !lines[start] || seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        line.clear();
+        line.push(start);
+        let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
+        let mut next = 0;
+        while next < line.len() {
+            let at = [line[next] % width, line[next] / width];
+            next += 1;
+            for k in 0..2 {
+                low[k] = low[k].min(at[k]);
+                high[k] = high[k].max(at[k]);
+            }
+            for y in at[1].saturating_sub(1)..=(at[1] + 1).min(height - 1) {
+                for x in at[0].saturating_sub(1)..=(at[0] + 1).min(width - 1) {
+                    let p = y * width + x;
+                    if lines[p] && !seen[p] {
+                        seen[p] = true;
+                        line.push(p);
+                    }
+                }
+            }
+        }
+        let reach = (high[0] - low[0]).max(high[1] - low[1]);
+        if (reach as f64) < least_px {
+            line.iter().for_each(|&p| lines[p] = false);
+        }
+    }
+    lines
 }
 
 /// Lines of equal deviation, every quarter of the range. The field is smoothed for them (they show form, not noise), and
@@ -176,4 +266,21 @@ fn level_lines(field: &Field, seen: &Seen, style: &Style) -> Vec<bool> {
                 .any(|&slope| slope >= least_change)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_lines_that_reach_far_enough_stay() {
+        // Twelve pixels aslant in row-wise order, and a square ring of three.
+        let mut lines = vec![false; 20 * 16];
+        (0..12).for_each(|k| lines[(k + 1) * 20 + k] = true);
+        let long = lines.clone();
+        [15, 16, 17, 35, 37, 55, 56, 57].into_iter().for_each(|p| lines[p] = true);
+        assert!(without_specks(lines.clone(), 20, 5.0) == long);
+        assert!(without_specks(lines.clone(), 20, 2.0) == lines);
+        assert!(without_specks(Vec::new(), 0, 2.0).is_empty());
+    }
 }

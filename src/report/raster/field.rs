@@ -118,7 +118,7 @@ mod tests {
     use crate::report::raster::surface::Sample;
 
     fn flat(width: usize, height: usize) -> Surface {
-        let sample = Sample { depth_mm: 0.0, shade: 8, reverse: false };
+        let sample = Sample { depth_mm: 0.0, shade: 8, tilt: [0; 2], reverse: false };
         let (width, height) = (width * SUPERSAMPLING, height * SUPERSAMPLING);
         Surface { width, height, samples: vec![sample; width * height] }
     }

@@ -17,11 +17,13 @@ pub struct Sample {
     pub depth_mm: f32,
     /// 0 (turned from the light) to `SHADES`.
     pub shade: u8,
+    /// The sheet's normal to the right and up in the picture, in 127ths.
+    pub tilt: [i8; 2],
     /// The sheet is seen from behind.
     pub reverse: bool,
 }
 
-const NOTHING: Sample = Sample { depth_mm: f32::NEG_INFINITY, shade: 0, reverse: false };
+const NOTHING: Sample = Sample { depth_mm: f32::NEG_INFINITY, shade: 0, tilt: [0; 2], reverse: false };
 
 impl Sample {
     /// Whether the part is seen here.
@@ -45,6 +47,8 @@ struct Projected {
     corners: [[f64; 2]; 3],
     depth: [f64; 3],
     light: [f64; 3],
+    /// The normal to the right and up, at each corner.
+    tilt: [[f64; 3]; 2],
     rows: [usize; 2],
     reverse: bool,
 }
@@ -55,7 +59,7 @@ const BAND: usize = 32;
 /// Draws the mesh into `width` x `height` samples, `per_mm` samples a millimetre, the view's origin in the middle.
 pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize, per_mm: f64) -> Surface {
     let normals = vertex_normals(mesh);
-    let light = (view.towards + view.up * 0.55 - view.right * 0.45).normalize();
+    let light = (view.towards + (view.up - view.right) * 0.75).normalize();
     let triangles: Vec<Projected> = (0..mesh.triangles.len())
         .into_par_iter()
         .filter_map(|t| project(mesh, t, &normals, &light, view, [width, height], per_mm))
@@ -113,10 +117,12 @@ fn project(
         if smooth.dot(&face) > 0.8 { smooth } else { face }
     };
     let sign = if reverse { -1.0 } else { 1.0 };
+    let corner_normals = mesh.triangles[triangle].map(|v| sign * normal_of(v));
     Some(Projected {
         corners,
         depth: places.map(|p| p[2]),
-        light: mesh.triangles[triangle].map(|v| sign * normal_of(v).dot(light)),
+        light: corner_normals.map(|n| n.dot(light)),
+        tilt: [&view.right, &view.up].map(|axis| corner_normals.map(|n| n.dot(axis))),
         rows: [low.max(0.0) as usize, high.min(size[1] as f64 - 1.0) as usize],
         reverse,
     })
@@ -165,15 +171,16 @@ fn fill(triangle: &Projected, rows: &mut [Sample], width: usize, first: usize, l
             let mix = |v: &[f64; 3]| v[0] + wb * (v[1] - v[0]) + wc * (v[2] - v[0]);
             let depth_mm = mix(&triangle.depth) as f32;
             if depth_mm > sample.depth_mm {
-                *sample = Sample { depth_mm, shade: shade(mix(&triangle.light)), reverse: triangle.reverse };
+                let tilt = [0, 1].map(|k| (127.0 * mix(&triangle.tilt[k])).round().clamp(-127.0, 127.0) as i8);
+                *sample = Sample { depth_mm, shade: shade(mix(&triangle.light)), tilt, reverse: triangle.reverse };
             }
         }
     }
 }
 
-/// The shade of a cosine to the light. A sheet square to the eye has 0.81 and lies in the middle of the scale; slopes of
-/// ten degrees already show.
+/// The shade of a cosine to the light. A sheet square to the eye has 0.686 and lies in the middle of the scale; a slope of
+/// ten degrees towards the light or away from it takes nearly half of the scale, so that even a crown shows.
 fn shade(cosine: f64) -> u8 {
-    let t = 0.55 + 2.2 * (cosine - 0.815);
+    let t = 0.55 + 3.5 * (cosine - 0.686);
     (t.clamp(0.0, 1.0) * f64::from(SHADES) + 0.5) as u8
 }
