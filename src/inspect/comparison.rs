@@ -181,7 +181,7 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
                     diameter_deviation_mm: found.diameter_mm - diameter_mm,
                 }),
                 is_edge: false,
-                warning: None,
+                warning: found.warning,
             })
         }
         Geometry::Slot { .. } => Err(NotFound { reason: "a slot cannot be a comparison point".into(), points: 0 }),

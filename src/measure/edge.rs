@@ -82,7 +82,8 @@ pub fn edge(
     let warning = (fit.clutter > CLUTTER[0])
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
     // Where the sheet leans, an error of its height lets more or less of the cut face through the gate.
-    let u_gate = lean_tangent(local, &frame) * layer.u_height_mm;
+    // The plane is told at the origin, which may lie beside its points; at the edge it is never worse than one point.
+    let u_gate = lean_tangent(local, &frame) * layer.u_height_mm.min(layer.sigma_mm);
     let u_fit = fit.covariance[(0, 0)].max(0.0).sqrt();
     Ok(EdgeFound {
         position: frame.on_own_face([0.0, deviation_mm, w]),
@@ -378,5 +379,23 @@ fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64) -> Result<
     if !fit.converged {
         return not("the search for the edge did not settle".to_owned());
     }
+    if !is_edge_of_the_place(fit, sheet, spacing) {
+        return not("the edge at the place itself lies off the edge beside it".to_owned());
+    }
     Ok(())
+}
+
+/// Whether there is sheet right inside the edge at the place itself, and none right outside: a notch there must not be
+/// outvoted by the edge on both sides of it.
+fn is_edge_of_the_place(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], spacing: f64) -> bool {
+    // Half the width of the place, and how far inwards and outwards from the edge is looked, mm.
+    let (half, deep) = ((1.5 * spacing).max(1.0), (3.0 * spacing).max(1.2));
+    let at_place = |p: &&[f64; 2]| p[0].abs() <= half;
+    let share = |low: f64, high: f64| {
+        let count =
+            sheet.iter().filter(at_place).filter(|p| (low..high).contains(&(p[1] - fit.outline.offset))).count();
+        count as f64 / (2.0 * half * (high - low) * fit.density_per_mm2)
+    };
+    // A third of the usual density is more than dropouts leave by chance, and less than a notch of half the depth takes.
+    share(-deep, 0.0) >= 1.0 / 3.0 && share(0.5 * spacing, deep) <= 0.5
 }

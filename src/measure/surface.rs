@@ -6,9 +6,10 @@
 
 use super::bend::fit_bend;
 use super::frame::{FeatureFrame, clear_of_belt};
-use super::layer::{Layer, fit_layer, most_frequent_height};
+use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, face_height};
 use super::{Local, NotFound};
+use crate::fit::robust::median;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
 /// A point of the surface as found. CAD frame, on the CAD's own face.
@@ -45,8 +46,10 @@ pub fn surface(
     let near =
         local.face.closest(position, f64::INFINITY).ok_or_else(|| NotFound::new("the CAD has no face here", 0))?;
     let normal = UnitVector3::new_unchecked(near.normal.into_inner() * side.sign());
-    if normal.dot(direction) < LEAST_COSINE {
-        let angle = normal.dot(direction).clamp(-1.0, 1.0).acos().to_degrees();
+    // A direction that points into the sheet is the plan's to choose; only how far it leans matters.
+    let cosine = normal.dot(direction).abs();
+    if cosine < LEAST_COSINE {
+        let angle = cosine.clamp(0.0, 1.0).acos().to_degrees();
         return Err(NotFound::new(
             format!("the plan's direction leans {angle:.0}° away from the sheet's normal, 60° are allowed"),
             0,
@@ -57,6 +60,7 @@ pub fn surface(
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
     let mut radius = window_radius(local, &frame.seen);
+    let core = Core::gather(local, &frame, radius, search_mm)?;
     let (patch, points) = loop {
         let places = disc_places(radius);
         let patch = CadPatch::sample(local, &frame, &places, search_mm + 2.0 + radius);
@@ -66,9 +70,58 @@ pub fn surface(
         }
         radius *= 1.4;
     };
-    let found = measure_in(&frame, &patch, &points, radius)?;
+    let found = measure_in(&frame, &patch, &points, radius, &core)?;
     clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;
     Ok(found)
+}
+
+/// What was measured at the place itself, whatever its height. The window around it may be full of good sheet while the
+/// place is a hole, a pit or a bump: the many around it must not answer for it.
+struct Core {
+    /// (u, v, w) of every point, also of those too far off to be looked at by the fit.
+    points: Vec<[f64; 3]>,
+}
+
+/// The place itself reaches half the window, and one and a half spacings at least.
+const CORE_SHARE: f64 = 0.5;
+const CORE_SPACINGS: f64 = 1.5;
+/// Points that must stand there: a quarter of what the scan's density promises (a face that leans by 60 degrees gets half
+/// of it, and noise takes some), and this many.
+const CORE_NEEDED: usize = 4;
+const CORE_FILLED: f64 = 0.25;
+/// Share of them that must lie on the surface as fitted, within this many of its standard deviations.
+const CORE_AGREES: f64 = 0.6;
+const CORE_SIGMAS: f64 = 3.5;
+/// How far beyond the search points at the place still speak against the surface around it, mm.
+const CORE_BEYOND_MM: f64 = 4.0;
+
+impl Core {
+    fn gather(local: &Local, frame: &FeatureFrame, radius: f64, search_mm: f64) -> Result<Self, NotFound> {
+        let h = local.scan.spacing_mm;
+        let reach = (CORE_SHARE * radius).max(CORE_SPACINGS * h);
+        let points = frame.gather(local, [0.0, 0.0], reach, search_mm + CORE_BEYOND_MM);
+        let expected = std::f64::consts::PI * (reach / h).powi(2);
+        let needed = ((CORE_FILLED * expected) as usize).max(CORE_NEEDED);
+        if points.len() < needed {
+            return Err(NotFound::new(
+                format!("{} points stand at the place itself, within {reach:.1} mm, {needed} are needed", points.len()),
+                points.len(),
+            ));
+        }
+        Ok(Self { points })
+    }
+
+    /// Whether the surface as fitted is the one at the place.
+    fn check(&self, patch: &CadPatch, layer: &Layer, found: usize) -> Result<(), NotFound> {
+        let mut off: Vec<f64> =
+            self.points.iter().map(|p| patch.residual(p) - height(&layer.plane, p[0], p[1])).collect();
+        let near = off.iter().filter(|r| r.abs() <= CORE_SIGMAS * layer.sigma_mm).count();
+        if near as f64 >= CORE_AGREES * off.len() as f64 {
+            return Ok(());
+        }
+        let step = median(&mut off).unwrap_or(0.0);
+        Err(NotFound::new(format!("the points at the place itself stand {step:+.2} mm off those around it"), found))
+    }
 }
 
 /// Six spacings or 2 mm, but at most half-way to the next trimmed edge, unless that leaves too few points.
@@ -104,6 +157,7 @@ fn measure_in(
     patch: &CadPatch,
     points: &[[f64; 3]],
     radius: f64,
+    core: &Core,
 ) -> Result<SurfaceFound, NotFound> {
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
@@ -120,6 +174,7 @@ fn measure_in(
             points.len(),
         ));
     }
+    core.check(patch, &layer, points.len())?;
     let Middle { height_mm, slope: [eu, ev], standard_uncertainty_mm, rms_mm, points } = middle(points, &layer);
     let deviation_mm = height_mm + patch.at_origin();
     let slope = [eu + patch.rise(1e-3, 0.0) / 1e-3, ev + patch.rise(0.0, 1e-3) / 1e-3];
