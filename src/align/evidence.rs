@@ -19,7 +19,7 @@ use crate::geometry::{Isometry3, Point3};
 /// Heights off the surface by up to this much are deformation, mm.
 const HEIGHT_TOLERANCE_MM: f64 = 2.0;
 /// The area that contradictions are compared with, mm², at least.
-const BASE_MM2: f64 = 8.0;
+const BASE_MM2: f64 = 7.0;
 /// Share of the part's area that is added to it: a larger part has more places for chance.
 const BASE_SHARE: f64 = 2e-4;
 /// Cells of that base, at least.
@@ -138,6 +138,10 @@ impl Witness {
 /// How well data surrounds each cell that has little, 0 to 1; 0 for cells with data.
 pub(super) struct Gaps {
     surrounded: Vec<f32>,
+    /// Which connected gap a cell belongs to; meaningful where `surrounded` is above 0.
+    component: Vec<u32>,
+    /// How many there are.
+    components: usize,
     /// How much a gap says. Where the scan is full of gaps, one more says little: the logarithm of the share of gaps in what
     /// surely is surface, over that of one in a hundred.
     weight: f64,
@@ -177,8 +181,51 @@ impl Gaps {
             gaps += usize::from(surrounded[c] > 0.0);
         }
         let share = ((gaps + 1) as f64 / (all + 100) as f64).clamp(0.01, 1.0);
-        Self { surrounded, weight: share.ln() / 0.01f64.ln() }
+        let (component, components) = connected(raster, &surrounded);
+        Self { surrounded, component, components, weight: share.ln() / 0.01f64.ln() }
     }
+}
+
+/// Numbers the connected regions of cells above 0, over edges and corners.
+fn connected(raster: &Raster, values: &[f32]) -> (Vec<u32>, usize) {
+    let (nx, ny) = (raster.nx as i64, raster.ny as i64);
+    let mut component = vec![u32::MAX; raster.len()];
+    let mut count = 0;
+    let mut todo = Vec::new();
+    for start in 0..raster.len() {
+        if values[start] <= 0.0 || component[start] != u32::MAX {
+            continue;
+        }
+        component[start] = count;
+        todo.push(start);
+        while let Some(c) = todo.pop() {
+            let (i, j) = (c as i64 % nx, c as i64 / nx);
+            for (p, q) in (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (i + di, j + dj))) {
+                if p < 0 || q < 0 || p >= nx || q >= ny {
+                    continue;
+                }
+                let neighbour = (q * nx + p) as usize;
+                if values[neighbour] > 0.0 && component[neighbour] == u32::MAX {
+                    component[neighbour] = count;
+                    todo.push(neighbour);
+                }
+            }
+        }
+        count += 1;
+    }
+    (component, count as usize)
+}
+
+/// For each gap, the share of it that at least one of two poses explains. A hole of the part is a gap that one of them
+/// explains all of; of a blot without data both predict surface in most of it, and the rest proves no hole either.
+fn explained_by_either(gaps: &Gaps, first: &Witness, second: &Witness) -> Vec<f64> {
+    let (mut all, mut neither) = (vec![0u32; gaps.components], vec![0u32; gaps.components]);
+    for (c, _) in gaps.surrounded.iter().enumerate().filter(|(_, s)| **s > 0.0) {
+        let gap = gaps.component[c] as usize;
+        all[gap] += 1;
+        neither[gap] += u32::from(first.predicted[c] && second.predicted[c]);
+    }
+    all.iter().zip(&neither).map(|(&all, &neither)| 1.0 - f64::from(neither) / f64::from(all.max(1))).collect()
 }
 
 /// The contradictions of two poses, mm², and their comparison.
@@ -195,9 +242,11 @@ pub(super) struct Contest {
 /// Compares two witnesses.
 pub(super) fn contest(ground: &Ground, gaps: &Gaps, first: &Witness, second: &Witness) -> Contest {
     let (mut against_first, mut against_second) = (0.0, 0.0);
+    let explained = explained_by_either(gaps, first, second);
     for c in 0..ground.raster.len() {
-        let gap = f64::from(gaps.surrounded[c]) * gaps.weight;
-        if gap > 0.0 {
+        if gaps.surrounded[c] > 0.0 {
+            let whole = explained[gaps.component[c] as usize];
+            let gap = f64::from(gaps.surrounded[c]) * gaps.weight * whole * whole;
             let says = |w: &Witness| if w.predicted[c] { sparse(ground, w.explained[c]) } else { 0.0 };
             let more = says(first) - says(second);
             against_first += gap * more.max(0.0);
