@@ -206,7 +206,7 @@ pub(super) struct Middle {
 const NEEDED_FOR_BEND: usize = 30;
 /// A bend moves the height on the line away from the plane's; beyond this many standard uncertainties of that shift the bend is
 /// taken for real. Leaving it out costs less than the noise of three more terms only up to about one.
-const BEND_SIGMAS: f64 = 1.0;
+const BEND_SIGMAS: f64 = 1.5;
 
 /// Height and slope on the line: the plane's, or the quadratic's where the deviation bends. Where the bend cannot be told
 /// from noise it is not corrected, but a bend as large as noise hides (one standard uncertainty of the shift) is a part of the

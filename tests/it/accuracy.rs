@@ -26,6 +26,7 @@ struct Errors {
     points: usize,
     not_measured: usize,
     covered: usize,
+    worst: BTreeMap<String, (f64, String)>,
 }
 
 impl Errors {
@@ -45,6 +46,10 @@ impl Errors {
                 _ => error,
             };
             self.by_kind.entry(point.kind.into()).or_default().push(strict);
+            let worst = self.worst.entry(point.kind.into()).or_default();
+            if strict > worst.0 {
+                *worst = (strict, point.name.clone());
+            }
         }
     }
 
@@ -57,13 +62,14 @@ impl Errors {
 
     fn tell(&self, case: &str) {
         println!(
-            "{case}: p95 surface {:.4}, edge {:.4}, hole {:.4} mm; {} of {} not measured; U covers {:.1} %",
+            "{case}: p95 surface {:.4}, edge {:.4}, hole {:.4} mm; {} of {} not measured; U covers {:.1} %; worst {:?}",
             self.p95("surface"),
             self.p95("edge"),
             self.p95("hole"),
             self.not_measured,
             self.points,
-            100.0 * self.covered as f64 / (self.points - self.not_measured).max(1) as f64
+            100.0 * self.covered as f64 / (self.points - self.not_measured).max(1) as f64,
+            self.worst
         );
     }
 }
