@@ -396,6 +396,6 @@ fn is_edge_of_the_place(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], spacing: f6
             sheet.iter().filter(at_place).filter(|p| (low..high).contains(&(p[1] - fit.outline.offset))).count();
         count as f64 / (2.0 * half * (high - low) * fit.density_per_mm2)
     };
-    // A third of the usual density is more than dropouts leave by chance, and less than a notch of half the depth takes.
+    // A notch that reaches over two thirds of the depth leaves less than a third of the usual density inside the edge.
     share(-deep, 0.0) >= 1.0 / 3.0 && share(0.5 * spacing, deep) <= 0.5
 }
