@@ -2,11 +2,12 @@
 
 use super::{Exit, diagnostic_of, terminal};
 use crate::diagnostic::Diagnostic;
-use crate::fit::{CoordinatePlane, FitKind, FitMethod, FitOutcome, Fitted, fit_points};
+use crate::fit::{CoordinatePlane, FitError, FitKind, FitMethod, FitOutcome, Fitted, fit_points};
 use crate::geometry::{LengthUnit, Point3, UnitVector3};
 use crate::io;
 use crate::run::RunContext;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub(super) struct FitArguments {
     /// The shape.
-    kind: Kind,
+    #[arg(value_parser = fit_kind())]
+    kind: FitKind,
     /// Files of points: delimited text or PLY.
     #[arg(required = true)]
     files: Vec<PathBuf>,
@@ -29,38 +31,12 @@ pub(super) struct FitArguments {
     plane: Option<CoordinatePlane>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    Line,
-    Plane,
-    Circle,
-    Sphere,
-    Cylinder,
-    Cone,
-}
-
-impl Kind {
-    fn kind(self) -> FitKind {
-        match self {
-            Kind::Line => FitKind::Line,
-            Kind::Plane => FitKind::Plane,
-            Kind::Circle => FitKind::Circle,
-            Kind::Sphere => FitKind::Sphere,
-            Kind::Cylinder => FitKind::Cylinder,
-            Kind::Cone => FitKind::Cone,
-        }
-    }
-
-    fn key(self) -> &'static str {
-        match self {
-            Kind::Line => "line",
-            Kind::Plane => "plane",
-            Kind::Circle => "circle",
-            Kind::Sphere => "sphere",
-            Kind::Cylinder => "cylinder",
-            Kind::Cone => "cone",
-        }
-    }
+/// One of the shapes by its word.
+fn fit_kind() -> impl TypedValueParser<Value = FitKind> {
+    PossibleValuesParser::new(FitKind::ALL.map(FitKind::key)).map(|word| {
+        let named = FitKind::ALL.into_iter().find(|kind| kind.key() == word);
+        named.expect("the parser takes no other word")
+    })
 }
 
 fn coordinate_plane(text: &str) -> Result<CoordinatePlane, String> {
@@ -72,7 +48,7 @@ fn coordinate_plane(text: &str) -> Result<CoordinatePlane, String> {
 }
 
 pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
-    if arguments.plane.is_some() && arguments.kind != Kind::Circle {
+    if arguments.plane.is_some() && arguments.kind != FitKind::Circle {
         return Err(Diagnostic::error("--plane goes with circles only"));
     }
     let method = match (arguments.robust, arguments.three_sigma) {
@@ -99,22 +75,24 @@ pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
 
 fn fit_file(
     file: &Path,
-    kind: Kind,
+    kind: FitKind,
     method: FitMethod,
     plane: Option<CoordinatePlane>,
 ) -> Result<FitOutcome, Diagnostic> {
     let bytes = io::read_file(file).map_err(diagnostic_of)?;
     // The file's own unit is kept: nothing is compared with a CAD here.
     let cloud = io::read_cloud(&bytes, file, LengthUnit::Mm, &RunContext::silent()).map_err(diagnostic_of)?;
-    fit_points(kind.kind(), &cloud.positions, method, plane).map_err(|e| {
-        Diagnostic::error(format!("no {} fits: {e}", kind.key()))
-            .in_file(file)
-            .with_help("give more points, spread over more of the shape")
+    fit_points(kind, &cloud.positions, method, plane).map_err(|e| {
+        let help = match e {
+            FitError::OffPlane { .. } => "give the plane in which the points lie, or leave --plane out",
+            _ => "give more points, spread over more of the shape",
+        };
+        Diagnostic::error(format!("no {} fits: {e}", kind.key())).in_file(file).with_help(help)
     })
 }
 
 /// One line of JSON, numbers with 17 significant digits.
-fn json(file: &Path, kind: Kind, outcome: &FitOutcome) -> String {
+fn json(file: &Path, kind: FitKind, outcome: &FitOutcome) -> String {
     let mut text = String::from("{");
     let name = serde_json::Value::from(file.display().to_string());
     let _ = write!(text, "\"file\": {name}, \"kind\": \"{}\", \"points\": {}", kind.key(), outcome.points);

@@ -21,7 +21,7 @@ pub trait Shape<const N: usize, const R: usize>: Clone {
 
 /// A shape with how well it was found.
 #[derive(Debug, Clone)]
-pub struct Solved<S, const N: usize> {
+pub struct Solved<S> {
     /// The shape.
     pub shape: S,
     /// Weighted sum of squared residuals.
@@ -30,8 +30,6 @@ pub struct Solved<S, const N: usize> {
     pub condition: f64,
     /// Steps made.
     pub iterations: usize,
-    /// Inverse of `JᵀJ`: the covariance of the local parameters for residuals of variance one.
-    pub covariance: SMatrix<f64, N, N>,
 }
 
 const MOST_STEPS: usize = 200;
@@ -41,7 +39,7 @@ pub fn minimise<S, const N: usize, const R: usize>(
     start: S,
     points: &[Point3],
     weights: &[f64],
-) -> Result<Solved<S, N>, FitError>
+) -> Result<Solved<S>, FitError>
 where
     S: Shape<N, R>,
 {
@@ -63,24 +61,12 @@ where
             // Converged when a nearly undamped step moves nothing any more: at rounding, or without any gain.
             let settled = small || (step.amax() < 1e-10 && gain <= 1e-16 * sum.max(f64::MIN_POSITIVE));
             if settled && damping < 1e-9 {
-                return Ok(Solved {
-                    shape,
-                    sum_of_squares: sum,
-                    condition,
-                    iterations: iteration,
-                    covariance: inverse(&jacobian),
-                });
+                return Ok(Solved { shape, sum_of_squares: sum, condition, iterations: iteration });
             }
         } else {
             // Near the minimum rounding can make a good step look a hair worse: that is the end, not a failure.
             if step.amax() < 1e-11 {
-                return Ok(Solved {
-                    shape,
-                    sum_of_squares: sum,
-                    condition,
-                    iterations: iteration,
-                    covariance: inverse(&jacobian),
-                });
+                return Ok(Solved { shape, sum_of_squares: sum, condition, iterations: iteration });
             }
             damping = (damping * 10.0).max(1e-9);
             if damping > 1e12 {
@@ -151,10 +137,4 @@ fn damped_step<const N: usize>(
     qr.q_tr_mul(&mut rhs);
     let solution = qr.r().solve_upper_triangular(&rhs.rows(0, N).into_owned()).ok_or(FitError::Degenerate)?;
     Ok((SVector::from_fn(|c, _| solution[c] / scale[c]), condition))
-}
-
-fn inverse<const N: usize>(jacobian: &DMatrix<f64>) -> SMatrix<f64, N, N> {
-    let normal = jacobian.tr_mul(jacobian);
-    let inverse = normal.try_inverse().unwrap_or_else(|| DMatrix::from_element(N, N, f64::INFINITY));
-    SMatrix::from_fn(|i, j| inverse[(i, j)])
 }

@@ -2,6 +2,7 @@
 //!
 //! Plain functions over points; nothing here knows of parts, scans or plans.
 
+mod determined;
 pub mod gauss_newton;
 pub mod outcome;
 pub mod robust;

@@ -1,6 +1,7 @@
 //! One fit of one kind to one set of points, as `shapeline fit` tells it.
 
-use super::robust::{mad_scale_about_zero, tukey_weight};
+use super::determined;
+use super::robust::{TUKEY_WIDTH_SIGMAS, mad_scale_about_zero, tukey_weight};
 use super::shapes::circle::{Circle, fit_circle, fit_circle_in_plane};
 use super::shapes::cone::{Cone, fit_cone};
 use super::shapes::cylinder::{Cylinder, fit_cylinder};
@@ -28,6 +29,22 @@ pub enum FitKind {
 }
 
 impl FitKind {
+    /// All of them.
+    pub const ALL: [FitKind; 6] =
+        [FitKind::Line, FitKind::Plane, FitKind::Circle, FitKind::Sphere, FitKind::Cylinder, FitKind::Cone];
+
+    /// The word on the command line and in results.
+    pub fn key(self) -> &'static str {
+        match self {
+            FitKind::Line => "line",
+            FitKind::Plane => "plane",
+            FitKind::Circle => "circle",
+            FitKind::Sphere => "sphere",
+            FitKind::Cylinder => "cylinder",
+            FitKind::Cone => "cone",
+        }
+    }
+
     /// Points below which the shape is not fixed.
     pub fn points_needed(self) -> usize {
         match self {
@@ -120,6 +137,10 @@ pub struct FitOutcome {
 }
 
 /// Fits a shape. Lengths are in the unit of the points.
+///
+/// # Errors
+/// Too few points, points that are not finite, points that do not fix the shape (`NotFixed`, `Degenerate`) or do not lie in the plane
+/// given, and a fit that does not settle.
 pub fn fit_points(
     kind: FitKind,
     points: &[Point3],
@@ -128,7 +149,7 @@ pub fn fit_points(
 ) -> Result<FitOutcome, FitError> {
     let (shape, condition) = fit_weighted(kind, points, &[], plane)?;
     match method {
-        FitMethod::LeastSquares => Ok(outcome(kind, shape, condition, points, &[], plane)),
+        FitMethod::LeastSquares => outcome(kind, shape, condition, points, &[], plane),
         FitMethod::ThreeSigma => three_sigma(kind, points, &shape, plane),
         FitMethod::Robust => robust(kind, points, shape, plane),
     }
@@ -169,7 +190,7 @@ fn distances(shape: &Fitted, points: &[Point3], plane: Option<CoordinatePlane>) 
     }
 }
 
-/// Figures of a fit over the points of positive weight.
+/// Figures of a fit over the points of positive weight; refuses a shape that they do not fix.
 fn outcome(
     kind: FitKind,
     shape: Fitted,
@@ -177,29 +198,26 @@ fn outcome(
     points: &[Point3],
     weights: &[f64],
     plane: Option<CoordinatePlane>,
-) -> FitOutcome {
+) -> Result<FitOutcome, FitError> {
     let used = |k: usize| weights.get(k).is_none_or(|w| *w > 0.0);
-    let (mut n, mut sum) = (0usize, 0.0);
-    for (k, d) in distances(&shape, points, plane).iter().enumerate() {
-        if used(k) {
-            n += 1;
-            sum += d * d;
-        }
-    }
+    let used: Vec<Point3> = points.iter().enumerate().filter(|(k, _)| used(*k)).map(|(_, p)| *p).collect();
+    let distances = distances(&shape, &used, plane);
+    determined::check(&shape, &used, &distances, plane)?;
+    let (rms, sigma) = rms_and_sigma(kind, &distances, plane);
+    Ok(FitOutcome { shape, points: points.len(), rms, sigma, rejected: points.len() - used.len(), condition })
+}
+
+/// Root mean square of the distances, and their standard deviation with the shape's parameters taken off.
+fn rms_and_sigma(kind: FitKind, distances: &[f64], plane: Option<CoordinatePlane>) -> (f64, f64) {
+    let (n, sum) = (distances.len(), distances.iter().map(|d| d * d).sum::<f64>());
     // In space each point of a line or circle gives two residuals.
     let residuals = match (kind, plane) {
         (FitKind::Line, _) | (FitKind::Circle, None) => 2 * n,
         _ => n,
     };
     let freedom = residuals.saturating_sub(kind.parameters(plane.is_some()));
-    FitOutcome {
-        shape,
-        points: points.len(),
-        rms: (sum / n.max(1) as f64).sqrt(),
-        sigma: if freedom > 0 { (sum / freedom as f64).sqrt() } else { 0.0 },
-        rejected: points.len() - n,
-        condition,
-    }
+    let sigma = if freedom > 0 { (sum / freedom as f64).sqrt() } else { 0.0 };
+    ((sum / n.max(1) as f64).sqrt(), sigma)
 }
 
 fn three_sigma(
@@ -208,19 +226,17 @@ fn three_sigma(
     first: &Fitted,
     plane: Option<CoordinatePlane>,
 ) -> Result<FitOutcome, FitError> {
-    let first_outcome = outcome(kind, *first, 1.0, points, &[], plane);
+    let distances = distances(first, points, plane);
+    let (rms, sigma) = rms_and_sigma(kind, &distances, plane);
     // Points that fit to rounding, or just as many points as parameters, leave nothing to reject.
     let size = Normaliser::of(points, kind.points_needed())?.scale;
-    let limit = (3.0 * first_outcome.sigma).max(3.0 * first_outcome.rms).max(1e-12 * size);
-    let kept: Vec<Point3> =
-        points.iter().zip(distances(first, points, plane)).filter(|(_, d)| d.abs() <= limit).map(|(p, _)| *p).collect();
+    let limit = (3.0 * sigma).max(3.0 * rms).max(1e-12 * size);
+    let kept: Vec<Point3> = points.iter().zip(distances).filter(|(_, d)| d.abs() <= limit).map(|(p, _)| *p).collect();
     let (shape, condition) = fit_weighted(kind, &kept, &[], plane)?;
-    let refit = outcome(kind, shape, condition, &kept, &[], plane);
+    let refit = outcome(kind, shape, condition, &kept, &[], plane)?;
     Ok(FitOutcome { points: points.len(), rejected: points.len() - kept.len(), ..refit })
 }
 
-/// Tukey's width in standard deviations: 95 % efficiency for Gaussian residuals.
-const TUKEY_WIDTH: f64 = 4.685;
 const MOST_ROUNDS: usize = 100;
 
 fn robust(
@@ -239,7 +255,7 @@ fn robust(
         if scale <= 1e-14 * size {
             break;
         }
-        let next: Vec<f64> = d.iter().map(|r| tukey_weight(*r, TUKEY_WIDTH * scale)).collect();
+        let next: Vec<f64> = d.iter().map(|r| tukey_weight(*r, TUKEY_WIDTH_SIGMAS * scale)).collect();
         let change = match weights.len() {
             0 => f64::INFINITY,
             _ => next.iter().zip(&weights).map(|(a, b): (&f64, &f64)| (a - b).abs()).fold(0.0, f64::max),
@@ -250,7 +266,7 @@ fn robust(
         }
         (shape, condition) = fit_weighted(kind, points, &weights, plane)?;
     }
-    Ok(outcome(kind, shape, condition, points, &weights, plane))
+    outcome(kind, shape, condition, points, &weights, plane)
 }
 
 #[cfg(test)]

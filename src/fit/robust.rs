@@ -10,8 +10,12 @@ pub const SIGMA_OF_MAD: f64 = 1.482_602_218_505_602;
 
 /// Tukey's biweight for a residual and a width in the same unit: `(1 - (r/k)²)²` inside, 0 outside.
 pub fn tukey_weight(residual: f64, width: f64) -> f64 {
-    let q = residual / width;
-    let inside = 1.0 - q * q;
+    tukey_weight_of_square(residual * residual, width)
+}
+
+/// The same for a residual that is known by its square.
+pub fn tukey_weight_of_square(residual_sq: f64, width: f64) -> f64 {
+    let inside = 1.0 - residual_sq / (width * width);
     if inside > 0.0 { inside * inside } else { 0.0 }
 }
 
@@ -29,6 +33,12 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     }
     let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(upper);
     Some(0.5 * (lower + upper))
+}
+
+/// The middle one of the values, the upper one of two: one of them, where [`median`] may lie between two. `None` without values. Reorders
+/// the slice.
+pub fn middle_value(values: &mut [f64]) -> Option<f64> {
+    quantile(values, 0.5)
 }
 
 /// The value below which the given share of the values lies (nearest rank, share clamped to 0..1). `None` without values.
@@ -86,6 +96,8 @@ mod tests {
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), Some(2.5));
         assert_eq!(median(&mut []), None);
+        assert_eq!(middle_value(&mut [4.0, 1.0, 2.0, 3.0]), Some(3.0));
+        assert_eq!(middle_value(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(quantile(&mut [5.0, 1.0, 3.0], 1.0), Some(5.0));
     }
 

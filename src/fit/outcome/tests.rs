@@ -3,6 +3,8 @@
 
 use super::*;
 use nalgebra::{DMatrix, DVector, Isometry3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 fn motion() -> Isometry3<f64> {
     Isometry3::new(Vector3::new(120.0, -35.0, 410.0), Vector3::new(0.4, -0.9, 0.3))
@@ -181,4 +183,97 @@ fn what_does_not_fix_a_shape_is_refused() {
     for kind in [FitKind::Plane, FitKind::Circle] {
         assert!(fit_points(kind, &in_line, FitMethod::LeastSquares, None).is_err(), "{kind:?} of a line");
     }
+}
+
+/// Scatter of -1..1 along each axis, the same for the same k.
+fn scatter(k: usize) -> Vector3 {
+    let mut rng = ChaCha8Rng::seed_from_u64(k as u64);
+    Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))
+}
+
+/// What each shape slides on, of size 20 about the origin.
+fn degenerate_sets() -> Vec<(&'static str, Vec<FitKind>, Vec<Point3>)> {
+    use FitKind::{Circle, Cone, Cylinder, Plane, Sphere};
+    let ring = |z: f64| angles(120, 0.0, 6.2).map(move |a| Point3::new(20.0 * a.cos(), 20.0 * a.sin(), z));
+    let disc = (0..200).map(|k| {
+        let (r, a) = (20.0 * (k as f64 / 200.0).sqrt(), 2.4 * k as f64);
+        Point3::new(r * a.cos(), r * a.sin(), 0.0)
+    });
+    let spots = (0..120).map(|k| Point3::new(10.0 * (k % 3) as f64, 4.0 * (k % 3) as f64, 0.0));
+    vec![
+        ("a line", vec![Plane, Circle, Sphere, Cylinder, Cone], {
+            angles(120, -20.0, 20.0).map(|s| Point3::new(s, 0.4 * s, -0.2 * s)).collect()
+        }),
+        ("a few spots on a line", vec![Plane, Circle, Sphere, Cylinder, Cone], spots.collect()),
+        ("a disc", vec![Sphere, Cylinder, Cone], disc.collect()),
+        ("a ring", vec![Sphere, Cylinder, Cone], ring(3.0).collect()),
+    ]
+}
+
+#[test]
+fn sets_on_which_a_shape_may_slide_are_refused_with_and_without_scatter() {
+    for (name, kinds, points) in degenerate_sets() {
+        for kind in kinds {
+            for scatter_by in [0.0, 1e-6, 0.01, 0.3] {
+                let points: Vec<Point3> =
+                    points.iter().enumerate().map(|(k, p)| motion() * (p + scatter(k) * scatter_by)).collect();
+                for method in [FitMethod::LeastSquares, FitMethod::ThreeSigma, FitMethod::Robust] {
+                    let fit = fit_points(kind, &points, method, None);
+                    assert!(fit.is_err(), "{kind:?} of {name}, scatter {scatter_by}, {method:?}: {fit:?}");
+                }
+            }
+        }
+    }
+    let cloud: Vec<Point3> = (0..400).map(|k| Point3::origin() + scatter(k) * 5.0).collect();
+    assert!(matches!(fit_points(FitKind::Line, &cloud, FitMethod::LeastSquares, None), Err(FitError::NotFixed { .. })));
+}
+
+#[test]
+fn weakly_but_truly_fixed_shapes_are_fitted() {
+    // A cap of 12 degrees: its rise is 1.1 mm, its scatter 0.05 mm; the ratio of the sums of squares is about 50.
+    let cap: Vec<Point3> = (0..400)
+        .map(|k| {
+            let (tilt, turn) = (0.21 * (k as f64 / 400.0).sqrt(), 2.4 * k as f64);
+            let n = Vector3::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos());
+            motion() * (Point3::from(n * 50.0) + scatter(k) * 0.05)
+        })
+        .collect();
+    let Fitted::Sphere(sphere) = fit_points(FitKind::Sphere, &cap, FitMethod::LeastSquares, None).unwrap().shape else {
+        panic!("a sphere")
+    };
+    // The radius is uncertain by about scatter / rise * radius / sqrt(n) * 3 = 0.2 mm.
+    assert!((sphere.radius - 50.0).abs() < 1.0, "{}", sphere.radius);
+    // Three points, and no freedom left, are enough for a circle; four for a sphere.
+    let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 5.0]].map(Point3::from);
+    let Fitted::Circle(circle) =
+        fit_points(FitKind::Circle, &corners[..3], FitMethod::LeastSquares, None).unwrap().shape
+    else {
+        panic!("a circle")
+    };
+    assert_near(circle.radius, 2.5, 1e-12, "circumscribed circle of the triangle 3, 4, 5");
+    let sphere = fit_points(FitKind::Sphere, &corners, FitMethod::LeastSquares, None).unwrap();
+    assert!(sphere.rms < 1e-12);
+}
+
+#[test]
+fn a_circle_off_its_plane_is_refused() {
+    let circle = |x: f64| -> Vec<Point3> {
+        angles(60, 0.0, 5.0).map(|a| Point3::new(x, 7.0 + 8.0 * a.cos(), -1.0 + 8.0 * a.sin())).collect()
+    };
+    let fit = |points: &[Point3], axis: usize, value: f64| {
+        fit_points(FitKind::Circle, points, FitMethod::LeastSquares, Some(CoordinatePlane { axis, value }))
+    };
+    assert!(fit(&circle(3.0), 0, 3.0).is_ok());
+    let Err(FitError::OffPlane { off, mean_value }) = fit(&circle(3.0), 0, 2.0) else { panic!("1 off its plane") };
+    assert!((off - 1.0).abs() < 1e-12 && (mean_value - 3.0).abs() < 1e-12);
+    // Seen edge-on it is a line.
+    for (axis, value) in [(1, 7.0), (2, -1.0)] {
+        assert!(fit(&circle(3.0), axis, value).is_err(), "edge-on, axis {axis}");
+    }
+    // A band of a cylinder about the plane is what a slice of a scan looks like.
+    let band: Vec<Point3> = circle(3.0).iter().enumerate().map(|(k, p)| p + Vector3::x() * scatter(k).x).collect();
+    assert!(fit(&band, 0, 3.0).is_ok());
+    let wide: Vec<Point3> =
+        circle(3.0).iter().enumerate().map(|(k, p)| p + Vector3::x() * (6.0 * scatter(k).x)).collect();
+    assert!(matches!(fit(&wide, 0, 3.0), Err(FitError::OffPlane { .. })));
 }

@@ -1,6 +1,6 @@
 //! The cone.
 
-use super::{FitError, Normaliser, frame, half_sphere, thinned, turned};
+use super::{FitError, Normaliser, best_start, frame, turned};
 use crate::fit::gauss_newton::{Shape, minimise};
 use crate::geometry::{Point3, UnitVector3};
 use nalgebra::{DMatrix, DVector, SVector};
@@ -63,29 +63,16 @@ impl Shape<6, 1> for Cone {
     }
 }
 
+/// Axis directions that are tried, and how many of them are carried to their minimum.
 const DIRECTIONS: usize = 400;
 const CARRIED: usize = 12;
-const START_POINTS: usize = 400;
 
 /// Fits a cone; `weights` is empty for equal weights. Also the condition of the fit.
 pub fn fit_cone(points: &[Point3], weights: &[f64]) -> Result<(Cone, f64), FitError> {
     let normaliser = Normaliser::of(points, 6)?;
     let scaled = normaliser.apply(points);
-    let few = thinned(&scaled, START_POINTS);
-    let mut starts: Vec<(f64, Cone)> = half_sphere(DIRECTIONS)
-        .filter_map(|axis| {
-            let start = algebraic_start(&few, &axis)?;
-            Some((few.iter().map(|p| start.distance(p).powi(2)).sum(), start))
-        })
-        .collect();
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let best = starts
-        .iter()
-        .take(CARRIED)
-        .filter_map(|(_, start)| minimise::<_, 6, 1>(*start, &few, &[]).ok())
-        .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
-        .ok_or(FitError::Degenerate)?;
-    let solved = minimise::<_, 6, 1>(best.shape, &scaled, weights)?;
+    let start = best_start(&scaled, DIRECTIONS, CARRIED, |few, axis| algebraic_start(few, &axis))?;
+    let solved = minimise::<_, 6, 1>(start, &scaled, weights)?;
     Ok((told(&solved.shape, &normaliser), solved.condition))
 }
 

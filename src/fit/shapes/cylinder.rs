@@ -1,7 +1,7 @@
 //! The cylinder.
 
 use super::circle::algebraic_start;
-use super::{FitError, Normaliser, frame, half_sphere, thinned, turned};
+use super::{FitError, Normaliser, best_start, frame, turned};
 use crate::fit::gauss_newton::{Shape, minimise};
 use crate::geometry::{Point3, UnitVector3};
 use nalgebra::SVector;
@@ -52,29 +52,16 @@ impl Shape<5, 1> for Cylinder {
 /// Axis directions that are tried, and how many of them are carried to their minimum.
 const DIRECTIONS: usize = 300;
 const CARRIED: usize = 8;
-/// Points that the search for a start looks at.
-const START_POINTS: usize = 400;
 
 /// Fits a cylinder; `weights` is empty for equal weights. Also the condition of the fit.
 pub fn fit_cylinder(points: &[Point3], weights: &[f64]) -> Result<(Cylinder, f64), FitError> {
     let normaliser = Normaliser::of(points, 5)?;
     let scaled = normaliser.apply(points);
-    let few = thinned(&scaled, START_POINTS);
-    let mut starts: Vec<(f64, Cylinder)> = half_sphere(DIRECTIONS)
-        .filter_map(|axis| {
-            let circle = algebraic_start(&few, &Point3::origin(), &axis).ok()?;
-            let start = Cylinder { point: circle.centre, axis, radius: circle.radius };
-            Some((few.iter().map(|p| start.distance(p).powi(2)).sum(), start))
-        })
-        .collect();
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let best = starts
-        .iter()
-        .take(CARRIED)
-        .filter_map(|(_, start)| minimise::<_, 5, 1>(*start, &few, &[]).ok())
-        .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
-        .ok_or(FitError::Degenerate)?;
-    let solved = minimise::<_, 5, 1>(best.shape, &scaled, weights)?;
+    let start = best_start(&scaled, DIRECTIONS, CARRIED, |few, axis| {
+        let circle = algebraic_start(few, &Point3::origin(), &axis).ok()?;
+        Some(Cylinder { point: circle.centre, axis, radius: circle.radius })
+    })?;
+    let solved = minimise::<_, 5, 1>(start, &scaled, weights)?;
     let cylinder = solved.shape;
     // The scaled centroid is the origin.
     let foot = cylinder.point - cylinder.axis.into_inner() * cylinder.point.coords.dot(&cylinder.axis);

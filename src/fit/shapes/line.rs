@@ -21,7 +21,10 @@ impl Line {
 }
 
 /// Singular values and right singular vectors of the centred points, largest first.
-pub(super) fn principal_axes(points: &[Point3], weights: &[f64]) -> Result<(Point3, [f64; 3], [Vector3; 3]), FitError> {
+pub(in crate::fit) fn principal_axes(
+    points: &[Point3],
+    weights: &[f64],
+) -> Result<(Point3, [f64; 3], [Vector3; 3]), FitError> {
     let normaliser = Normaliser::of(points, 2)?;
     let scaled = normaliser.apply(points);
     let weight = |k: usize| weights.get(k).copied().unwrap_or(1.0);

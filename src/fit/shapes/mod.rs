@@ -8,10 +8,11 @@ pub mod line;
 pub mod plane;
 pub mod sphere;
 
+use super::gauss_newton::{Shape, minimise};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
 /// Why a shape could not be fitted.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// There are too few points.
     #[error("{found} points, at least {needed} are needed")]
@@ -24,6 +25,20 @@ pub enum FitError {
     /// The points do not fix the shape.
     #[error("the points do not fix the shape: they are in one place, in line, or leave a size free")]
     Degenerate,
+    /// A simpler set of points explains them as well.
+    #[error("the points do not fix the shape: {why}")]
+    NotFixed {
+        /// What they are instead.
+        why: &'static str,
+    },
+    /// The points of a circle do not lie in the plane given.
+    #[error("the points lie {off:.6} off the plane that was given; on average its coordinate is {mean_value:.6}")]
+    OffPlane {
+        /// How far, in their unit.
+        off: f64,
+        /// Where they are.
+        mean_value: f64,
+    },
     /// The iteration did not end.
     #[error("the fit did not settle after {iterations} steps")]
     NotConverged {
@@ -91,7 +106,7 @@ pub(crate) fn turned(direction: &UnitVector3, along_u: f64, along_v: f64) -> Uni
 }
 
 /// Directions spread evenly over a half sphere (Fibonacci lattice).
-pub(crate) fn half_sphere(count: usize) -> impl Iterator<Item = UnitVector3> {
+fn half_sphere(count: usize) -> impl Iterator<Item = UnitVector3> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..count).map(move |k| {
         let z = 1.0 - (k as f64 + 0.5) / count as f64;
@@ -101,8 +116,30 @@ pub(crate) fn half_sphere(count: usize) -> impl Iterator<Item = UnitVector3> {
     })
 }
 
+/// A start for a shape with an axis: of many directions, each with the shape that `start` makes of it, the best are carried to their
+/// minimum over at most 400 points.
+pub(crate) fn best_start<S, const N: usize>(
+    points: &[Point3],
+    directions: usize,
+    carried: usize,
+    start: impl Fn(&[Point3], UnitVector3) -> Option<S>,
+) -> Result<S, FitError>
+where
+    S: Shape<N, 1>,
+{
+    const START_POINTS: usize = 400;
+    let few = thinned(points, START_POINTS);
+    let sum_of_squares = |shape: &S| few.iter().map(|p| shape.residuals(p).0[0].powi(2)).sum::<f64>();
+    let starts = half_sphere(directions).filter_map(|axis| start(&few, axis));
+    let mut starts: Vec<(f64, S)> = starts.map(|shape| (sum_of_squares(&shape), shape)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ended = starts.into_iter().take(carried).filter_map(|(_, shape)| minimise::<S, N, 1>(shape, &few, &[]).ok());
+    let best = ended.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+    Ok(best.ok_or(FitError::Degenerate)?.shape)
+}
+
 /// At most `most` points, evenly through the list: enough to find a start.
-pub(crate) fn thinned(points: &[Point3], most: usize) -> Vec<Point3> {
+fn thinned(points: &[Point3], most: usize) -> Vec<Point3> {
     let step = points.len().div_ceil(most).max(1);
     points.iter().step_by(step).copied().collect()
 }
