@@ -1,9 +1,10 @@
 //! From many rough poses to a few fine ones: successive halving, partners of near-symmetry, a sweep of turns.
 
-use super::icp::{Beyond, Registered, Settings, distances, register, tukey_weight};
+use super::icp::{Beyond, Registered, Settings, distances, register};
 use super::pose_search::Mode;
 use super::rim::{DenseIndex, RimLock};
 use super::template::Template;
+use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, middle_value, tukey_weight};
 use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use crate::part::{Face, FaceSample, Part};
 use crate::plan::Side;
@@ -256,7 +257,7 @@ fn slide_axis(face: &Face, up: &Vector3) -> (Point3, UnitVector3) {
             let row = Vector5::new(arm.dot(&e1), arm.dot(&e2), s.normal.x, s.normal.y, s.normal.z);
             let rest = arm.dot(up) + row.dot(&found);
             sizes.push(rest.abs());
-            let w = if width.is_finite() { tukey_weight(rest * rest, width) } else { 1.0 };
+            let w = if width.is_finite() { tukey_weight(rest, width) } else { 1.0 };
             normal += row * row.transpose() * w;
             right -= row * (arm.dot(up) * w);
         }
@@ -267,8 +268,8 @@ fn slide_axis(face: &Face, up: &Vector3) -> (Point3, UnitVector3) {
         }
         let Some(solved) = normal.cholesky().map(|c| c.solve(&right)) else { break };
         found = solved;
-        let half = sizes.len() / 2;
-        width = (4.685 * 1.4826 * sizes.select_nth_unstable_by(half, f64::total_cmp).1.max(0.01)).max(0.05);
+        let usual = middle_value(&mut sizes).unwrap_or(0.0).max(0.01);
+        width = (TUKEY_WIDTH_SIGMAS * SIGMA_OF_MAD * usual).max(0.05);
     }
     let turn = up + e1 * found[0] + e2 * found[1];
     let shift = Vector3::new(found[2], found[3], found[4]);

@@ -14,6 +14,7 @@
 //! shrinks only after a step that was small compared with it, very small near the end; shrinking at every step loses poses.
 
 use super::rim::RimLock;
+use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, middle_value, tukey_weight_of_square};
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
 use crate::part::Face;
 use crate::run::{Cancelled, RunContext};
@@ -22,8 +23,6 @@ use rayon::prelude::*;
 
 /// Points in one summand of the ordered reduction.
 const CHUNK: usize = 512;
-/// Width over robust standard deviation, for 95 % efficiency on normal residuals.
-const TUKEY: f64 = 4.685;
 /// Below this width the pose must have settled before the width shrinks further: most of a flat part fits in any place, so the
 /// robust scale is small long before the few slopes that hold the part in its plane are within it.
 const CAREFUL_MM: f64 = 2.5;
@@ -150,12 +149,6 @@ impl Sums {
     }
 }
 
-/// Tukey's biweight.
-pub(super) fn tukey_weight(r_sq: f64, width_mm: f64) -> f64 {
-    let u = 1.0 - r_sq / (width_mm * width_mm);
-    if u > 0.0 { u * u } else { 0.0 }
-}
-
 /// Registers points (work frame) to a face from a start pose. `seeds` keeps each point's last triangle between calls.
 pub(super) fn register(
     face: &Face,
@@ -182,7 +175,7 @@ pub(super) fn register(
         run.check()?;
         let pairs = pairs_of(face, points, &pose, 1.5 * width, settings.beyond, &mut seeds);
         let scale = robust_scale(&pairs, 2.0 * width).max(settings.least_scale_mm);
-        let end_width = TUKEY * scale;
+        let end_width = TUKEY_WIDTH_SIGMAS * scale;
         width = width.max(end_width.min(settings.width_mm));
         let centre = centroid(&pairs, width);
         let mut sums = pairs
@@ -282,7 +275,7 @@ impl<T: Send, I: IndexedParallelIterator<Item = Vec<T>>> CollectOrdered<T> for I
     }
 }
 
-/// 1.4826 times the median absolute residual of the pairs within a reach.
+/// Robust standard deviation of the residuals of the pairs within a reach; infinite without any.
 fn robust_scale(pairs: &[Option<Pair>], reach_mm: f64) -> f64 {
     let mut sizes: Vec<f64> = pairs
         .iter()
@@ -290,17 +283,13 @@ fn robust_scale(pairs: &[Option<Pair>], reach_mm: f64) -> f64 {
         .filter(|p| p.counts && p.distance_sq < reach_mm * reach_mm)
         .map(|p| p.residual_mm.abs())
         .collect();
-    if sizes.is_empty() {
-        return f64::INFINITY;
-    }
-    let half = sizes.len() / 2;
-    1.4826 * *sizes.select_nth_unstable_by(half, f64::total_cmp).1
+    middle_value(&mut sizes).map_or(f64::INFINITY, |size| SIGMA_OF_MAD * size)
 }
 
 fn centroid(pairs: &[Option<Pair>], width: f64) -> Point3 {
     let (mut sum, mut total) = (Vector3::zeros(), 0.0);
     for pair in pairs.iter().flatten().filter(|p| p.counts) {
-        let w = tukey_weight(pair.distance_sq, width);
+        let w = tukey_weight_of_square(pair.distance_sq, width);
         sum += pair.at.coords * w;
         total += w;
     }
@@ -310,7 +299,7 @@ fn centroid(pairs: &[Option<Pair>], width: f64) -> Point3 {
 fn summed(pairs: &[Option<Pair>], centre: &Point3, width: f64) -> Sums {
     let mut sums = Sums::zero();
     for pair in pairs.iter().flatten().filter(|p| p.counts) {
-        let w = tukey_weight(pair.distance_sq, width);
+        let w = tukey_weight_of_square(pair.distance_sq, width);
         if w > 0.0 {
             let q = pair.at - centre;
             let added = sums.add(&q, &pair.normal, pair.residual_mm, w);
@@ -326,7 +315,7 @@ fn summed(pairs: &[Option<Pair>], centre: &Point3, width: f64) -> Sums {
 fn note_quality(out: &mut Registered, pairs: &[Option<Pair>], width: f64, scale: f64, sums: &Sums, extent: f64) {
     let (mut inliers, mut square, mut total) = (0usize, 0.0, 0.0);
     for pair in pairs.iter().flatten().filter(|p| p.counts && p.distance_sq < width * width) {
-        let w = tukey_weight(pair.distance_sq, width);
+        let w = tukey_weight_of_square(pair.distance_sq, width);
         inliers += 1;
         square += w * pair.residual_mm * pair.residual_mm;
         total += w;
@@ -456,12 +445,5 @@ mod tests {
         let worst = right.map(|p| (found.cad_from_work * p - p).norm()).fold(0.0, f64::max);
         assert!(worst < 1e-6, "{worst}");
         assert!((found.inlier_ratio - 0.7).abs() < 0.01, "{}", found.inlier_ratio);
-    }
-
-    #[test]
-    fn the_weight_is_even_and_ends_at_the_width() {
-        assert_eq!(tukey_weight(0.0, 2.0), 1.0);
-        assert_eq!(tukey_weight(4.0, 2.0), 0.0);
-        assert_eq!(tukey_weight(1.0, 2.0), 0.5625);
     }
 }

@@ -6,6 +6,7 @@
 use super::height_map::HeightMap;
 use super::sampling::spread;
 use super::template::Template;
+use crate::fit::robust::{middle_value, tukey_weight};
 use crate::geometry::{Isometry3, Point3};
 use crate::run::{Cancelled, RunContext};
 use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
@@ -206,7 +207,7 @@ fn levelled(map: &HeightMap, samples: &[Point3], pose: &Isometry3, width_mm: f64
         for p in samples {
             let q = pose * p;
             let Some(off) = map.height_above(q.x, q.y).map(|h| h - q.z) else { continue };
-            let w = super::icp::tukey_weight(off * off, width);
+            let w = tukey_weight(off, width);
             let row = Vector3::new(1.0, q.x - centre.x, q.y - centre.y);
             normal += row * row.transpose() * w;
             right += row * (off * w);
@@ -227,13 +228,10 @@ fn levelled(map: &HeightMap, samples: &[Point3], pose: &Isometry3, width_mm: f64
 
 /// Where the template's middle goes at first: mean of the filled cells in x and y, and the height that makes the medians equal.
 fn data_middle(map: &HeightMap, samples: &[Point3]) -> Point3 {
-    let median = |mut values: Vec<f64>| {
-        let half = values.len() / 2;
-        *values.select_nth_unstable_by(half, f64::total_cmp).1
-    };
+    let middle_of = |mut values: Vec<f64>| middle_value(&mut values).unwrap_or(0.0);
     let places: Vec<Point3> = map.filled.iter().map(|&c| map.place(c)).collect();
     let sum = places.iter().fold(Vector3::zeros(), |s, p| s + p.coords) / places.len() as f64;
-    let heights = median(places.iter().map(|p| p.z).collect());
-    let own = median(samples.iter().map(|p| p.z).collect());
+    let heights = middle_of(places.iter().map(|p| p.z).collect());
+    let own = middle_of(samples.iter().map(|p| p.z).collect());
     Point3::new(sum.x, sum.y, heights - own)
 }

@@ -5,7 +5,8 @@
 //! is an estimate without the bias of "outermost points"; it is only as fine as the point spacing, so it is used only
 //! together with the surface.
 
-use super::icp::{Sums, tukey_weight};
+use super::icp::Sums;
+use crate::fit::robust::tukey_weight;
 use crate::geometry::{Isometry3, Point3, Vector3};
 use crate::part::Face;
 
@@ -101,7 +102,7 @@ impl<'a> RimLock<'a> {
         let work_from_cad = cad_from_work.inverse();
         for place in &self.places {
             let Some((offset_mm, sigma_mm)) = self.edge_offset(place, &work_from_cad) else { continue };
-            let weight = (scale_mm / sigma_mm).powi(2) * tukey_weight(offset_mm * offset_mm, self.reach_mm);
+            let weight = (scale_mm / sigma_mm).powi(2) * tukey_weight(offset_mm, self.reach_mm);
             sums.add(&(place.at - centre), &place.outwards, offset_mm, weight);
         }
     }

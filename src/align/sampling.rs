@@ -5,6 +5,7 @@
 //! into step with the rows, and it depends on nothing but the number of points: a moved cloud gives the same subset.
 
 use super::view::View;
+use crate::fit::robust::middle_value;
 use crate::geometry::{Isometry3, Point3, Vector3};
 use crate::scan::ConditionedScan;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Translation3, UnitQuaternion};
@@ -90,8 +91,7 @@ fn median_point(points: &[Point3]) -> Point3 {
     let picks = spread(points.len(), 20_001);
     let coordinate = |axis: usize| {
         let mut values: Vec<f64> = picks.iter().map(|&k| points[k as usize][axis]).collect();
-        let half = values.len() / 2;
-        *values.select_nth_unstable_by(half, f64::total_cmp).1
+        middle_value(&mut values).unwrap_or(0.0)
     };
     Point3::new(coordinate(0), coordinate(1), coordinate(2))
 }

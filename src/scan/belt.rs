@@ -6,7 +6,8 @@
 //! behind. Points that scatter behind the plane where the plane itself is seen are noise and do not count.
 
 use super::conditioned::BeltPlane;
-use super::neighbourhood::{Texture, median, weighted_plane};
+use super::neighbourhood::{Texture, weighted_plane};
+use crate::fit::robust::{SIGMA_OF_MAD, middle_value, tukey_weight};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -225,7 +226,7 @@ pub(super) fn refine(points: &[Point3], start: BeltPlane) -> Option<BeltPlane> {
             .map(|p| -plane.height_mm(p))
             .filter(|depth| (0.0..3.5 * plane.sigma_mm).contains(depth))
             .collect();
-        plane.sigma_mm = (1.4826 * median(&mut depths)?).max(least_sigma_mm);
+        plane.sigma_mm = (SIGMA_OF_MAD * middle_value(&mut depths)?).max(least_sigma_mm);
         if plane.sigma_mm > most_sigma_mm {
             return None;
         }
@@ -235,10 +236,6 @@ pub(super) fn refine(points: &[Point3], start: BeltPlane) -> Option<BeltPlane> {
 
 /// One weighted fit; the normal stays on its side.
 fn reweigh(points: &[Point3], point: Point3, normal: Vector3, width_mm: f64) -> Option<(Point3, Vector3)> {
-    let (centroid, found) = weighted_plane(points, |p| {
-        let r = (p - point).dot(&normal) / width_mm;
-        let inside = 1.0 - r * r;
-        if inside > 0.0 { inside * inside } else { 0.0 }
-    })?;
+    let (centroid, found) = weighted_plane(points, |p| tukey_weight((p - point).dot(&normal), width_mm))?;
     Some((centroid, if found.dot(&normal) < 0.0 { -found } else { found }))
 }

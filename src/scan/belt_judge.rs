@@ -6,7 +6,7 @@
 use super::belt::{Sample, behind_plane, belt_seen_from, belts_seen_from_both_sides, inliers, tangents};
 use super::conditioned::BeltPlane;
 use super::hints::ScanHints;
-use super::neighbourhood::quantile;
+use crate::fit::robust::quantile;
 use crate::geometry::Point3;
 
 /// What the search for a belt came to.

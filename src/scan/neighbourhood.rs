@@ -4,6 +4,7 @@
 //! points get a ball each, the balls go into a small hash table, and one pass over the cloud drops every point into the
 //! balls it lies in.
 
+use crate::fit::robust::{SIGMA_OF_MAD, middle_value};
 use crate::geometry::{Point3, Vector3};
 use nalgebra::{Matrix3, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -74,7 +75,7 @@ fn texture_of_all(positions: &[Point3], indices: &[u32], seed: u64) -> Option<Te
             .collect();
         let mut densities: Vec<f64> = patches.iter().map(|patch| patch.density).collect();
         let mut noises: Vec<f64> = patches.iter().map(|patch| patch.noise_mm).collect();
-        let (Some(density), Some(noise)) = (median(&mut densities), median(&mut noises)) else {
+        let (Some(density), Some(noise)) = (middle_value(&mut densities), middle_value(&mut noises)) else {
             return Some(Texture { spacing_mm, noise_mm });
         };
         noise_mm = noise;
@@ -107,7 +108,7 @@ impl Patch {
         let mut heights: Vec<f64> = points.iter().map(|p| (p - centroid).dot(&normal).abs()).collect();
         // Three parameters were fitted.
         let freedom = (points.len() as f64 / (points.len() - 3) as f64).sqrt();
-        let noise_mm = 1.4826 * median(&mut heights)? * freedom;
+        let noise_mm = SIGMA_OF_MAD * middle_value(&mut heights)? * freedom;
         // Counted in a cylinder of 0.6 of the radius: there the ball reaches 0.8 of its radius up and down.
         let cylinder_mm = 0.6 * radius_mm;
         let centre = positions[seed as usize];
@@ -140,7 +141,7 @@ fn rough_spacing_mm(positions: &[Point3], indices: &[u32], seed: u64) -> Option<
             (std::f64::consts::PI * *eighth_sq / (NEIGHBOUR - 1) as f64).sqrt()
         })
         .collect();
-    let in_sample_mm = median(&mut spacings)?;
+    let in_sample_mm = middle_value(&mut spacings)?;
     let all_mm = in_sample_mm * (sample.len() as f64 / indices.len() as f64).sqrt();
     (all_mm > 1e-9 && all_mm.is_finite()).then_some(all_mm)
 }
@@ -252,24 +253,4 @@ pub(super) fn weighted_plane(points: &[Point3], weight: impl Fn(&Point3) -> f64)
 pub(super) fn floor(value: f64) -> i64 {
     let truncated = value as i64;
     if value < truncated as f64 { truncated.saturating_sub(1) } else { truncated }
-}
-
-/// The middle value; `None` when there is none. Reorders the slice.
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, value, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*value)
-}
-
-/// The value below which the given share of the values lies; `None` when there are none. Reorders the slice.
-pub(super) fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let place = ((values.len() - 1) as f64 * share).round() as usize;
-    let (_, value, _) = values.select_nth_unstable_by(place, f64::total_cmp);
-    Some(*value)
 }

@@ -4,7 +4,8 @@
 //! of the points are the body (dropout may split a part into several). What lies farther from the body than a tenth of the
 //! part's diagonal is stray, whatever it is. Single noise points near the part stay: the alignment is robust.
 
-use super::neighbourhood::{CHUNK, quantile, stratified};
+use super::neighbourhood::{CHUNK, stratified};
+use crate::fit::robust::quantile;
 use crate::geometry::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
