@@ -33,9 +33,11 @@ const OUTLINE_VARIANCE: f64 = 0.10 * 0.10 * 3.0 / PAPER_SPACING_MM;
 
 impl Rig {
     /// Distance in mm between neighbouring points on a part that faces the cameras: a pixel seen through the lens,
-    /// `distance / focal * pixel`, times the step between the pixels used.
+    /// `distance / focal * pixel`, doubled by each level of resolution after the first (the paper's second level has a quarter of the
+    /// pixels, half of them in each direction).
     pub fn point_spacing_mm(&self) -> f64 {
-        self.distance_mm / self.focal_mm * self.pixel_um * 1e-3 * f64::from(self.resolution_level)
+        let halvings = self.resolution_level.saturating_sub(1).min(30);
+        self.distance_mm / self.focal_mm * self.pixel_um * 1e-3 * f64::from(1_u32 << halvings)
     }
 }
 
@@ -166,16 +168,19 @@ mod tests {
 
     #[test]
     fn the_rig_of_the_paper_has_the_spacing_of_the_paper() {
-        let rig = Rig {
+        let rig = |resolution_level: u32| Rig {
             distance_mm: 600.0,
             base_mm: 200.0,
             focal_mm: 35.0,
             pixel_um: 4.88,
             image_accuracy_px: 0.3,
-            resolution_level: 2,
+            resolution_level,
         };
         // The paper rounds to 1 µm.
-        assert!((rig.point_spacing_mm() - PAPER_SPACING_MM).abs() < 1e-3);
+        assert!((rig(2).point_spacing_mm() - PAPER_SPACING_MM).abs() < 1e-3);
+        for level in 1..16 {
+            assert_eq!(rig(level + 1).point_spacing_mm(), 2.0 * rig(level).point_spacing_mm());
+        }
     }
 
     #[test]

@@ -130,8 +130,7 @@ impl RigModel {
     pub fn of_plan(plan: &Plan) -> Self {
         let mut model = Self::default();
         if let Some(rig) = &plan.rig {
-            let level = 2f64.powi(rig.resolution_level.saturating_sub(1).min(8) as i32);
-            let pixel = rig.distance_mm / rig.focal_mm * rig.pixel_um * 1e-3 * level;
+            let pixel = rig.point_spacing_mm();
             let pixels = pixel / PAPER_PIXEL_MM;
             let density = model.density_per_mm2 / (pixels * pixels);
             model = model.with_density(density);
