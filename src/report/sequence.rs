@@ -85,6 +85,13 @@ impl Row {
     }
 }
 
+impl Row {
+    /// Hash of the scan; `None` when its bytes could not be read.
+    pub fn scan_sha256(&self) -> Option<&str> {
+        self.content.as_ref()?.split(' ').next()
+    }
+}
+
 fn content_key(scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> String {
     format!("{scan_sha256} {plan_sha256} {cad_sha256}")
 }
@@ -130,6 +137,11 @@ impl SequenceTable {
     pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<&Row> {
         let index = self.by_content.get(&content_key(scan_sha256, plan_sha256, cad_sha256))?;
         self.rows.get(*index)
+    }
+
+    /// The row of the scan whose result files have this name.
+    pub fn row_of(&self, result: &str) -> Option<&Row> {
+        self.rows.get(*self.by_result.get(result)?)
     }
 
     /// The rows in their order.

@@ -15,25 +15,44 @@ pub struct ResultNames {
 #[derive(Debug)]
 struct Owner {
     file_name: String,
+    /// What was in the scan, where that is known.
+    sha256: Option<String>,
     /// `None`: an earlier run's, which knew where its scan lay.
     path: Option<PathBuf>,
 }
 
 impl ResultNames {
-    /// Goes on with the names that earlier runs gave, as pairs of result name and scan file name.
-    pub fn of_earlier_runs<'a>(results: impl Iterator<Item = (&'a str, &'a str)>) -> Self {
-        let owned =
-            |(result, scan): (&str, &str)| (result.to_owned(), Owner { file_name: scan.to_owned(), path: None });
+    /// Goes on with the names that earlier runs gave: result name, scan file name, the scan's hash.
+    pub fn of_earlier_runs<'a>(results: impl Iterator<Item = (&'a str, &'a str, Option<&'a str>)>) -> Self {
+        let owned = |(result, scan, sha256): (&str, &str, Option<&str>)| {
+            let owner = Owner { file_name: scan.to_owned(), sha256: sha256.map(str::to_owned), path: None };
+            (result.to_owned(), owner)
+        };
         Self { owner_of: results.map(owned).collect() }
     }
 
-    /// The result name of a scan; the same file keeps its name, in this run by its place, from run to run by its file
-    /// name. `free` tells whether a name nobody has yet may be given.
-    pub fn name_for(&mut self, scan: &Path, free: impl Fn(&str) -> bool) -> String {
+    /// The result name of a scan; the same file keeps its name, in this run by its place, from run to run by its file name and
+    /// its content, or else by its file name alone. `free` tells whether a name nobody has yet may be given.
+    pub fn name_for(&mut self, scan: &Path, sha256: Option<&str>, free: impl Fn(&str) -> bool) -> String {
         let text = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let file_name = text(scan.file_name());
         let (stem, full) = (shortened(text(scan.file_stem())), shortened(file_name.clone()));
         let path = real_path(scan);
+        let owner =
+            || Owner { file_name: file_name.clone(), sha256: sha256.map(str::to_owned), path: Some(path.clone()) };
+        let is_own = |known: &Owner| known.file_name == file_name && known.path.as_ref() == Some(&path);
+        let is_same = |known: &Owner| {
+            known.path.is_none()
+                && known.file_name == file_name
+                && sha256.is_some()
+                && known.sha256.as_deref() == sha256
+        };
+        let by_place = self.owner_of.iter().find(|(_, known)| is_own(known));
+        let known = by_place.or_else(|| self.owner_of.iter().find(|(_, known)| is_same(known)));
+        if let Some(name) = known.map(|(name, _)| name.clone()) {
+            self.owner_of.insert(name.clone(), owner());
+            return name;
+        }
         let numbered = (2..).map(|n| format!("{full} ({n})"));
         for name in [stem, full.clone()].into_iter().chain(numbered) {
             // `sequence.csv` and `manifest.sha256` belong to the folder.
@@ -41,11 +60,11 @@ impl ResultNames {
                 continue;
             }
             let own = match self.owner_of.get(&name) {
-                Some(owner) => owner.file_name == file_name && owner.path.as_ref().is_none_or(|known| *known == path),
+                Some(known) => known.file_name == file_name && known.path.is_none(),
                 None => free(&name),
             };
             if own {
-                self.owner_of.insert(name.clone(), Owner { file_name, path: Some(path) });
+                self.owner_of.insert(name.clone(), owner());
                 return name;
             }
         }
@@ -77,23 +96,29 @@ mod tests {
     #[test]
     fn two_scans_never_share_a_result() {
         let mut names = ResultNames::default();
-        assert_eq!(names.name_for(Path::new("a/1.ply"), ANY), "1");
-        assert_eq!(names.name_for(Path::new("a/1.xyz"), ANY), "1.xyz");
-        assert_eq!(names.name_for(Path::new("b/1.ply"), ANY), "1.ply");
-        assert_eq!(names.name_for(Path::new("c/1.ply"), ANY), "1.ply (2)");
-        assert_eq!(names.name_for(Path::new("a/1.ply"), ANY), "1");
-        assert_eq!(names.name_for(Path::new("a/sequence.ply"), ANY), "sequence.ply");
-        assert_eq!(names.name_for(Path::new("a/2.ply"), |name| name != "2"), "2.ply");
+        assert_eq!(names.name_for(Path::new("a/1.ply"), None, ANY), "1");
+        assert_eq!(names.name_for(Path::new("a/1.xyz"), None, ANY), "1.xyz");
+        assert_eq!(names.name_for(Path::new("b/1.ply"), None, ANY), "1.ply");
+        assert_eq!(names.name_for(Path::new("c/1.ply"), None, ANY), "1.ply (2)");
+        assert_eq!(names.name_for(Path::new("a/1.ply"), None, ANY), "1");
+        assert_eq!(names.name_for(Path::new("a/sequence.ply"), None, ANY), "sequence.ply");
+        assert_eq!(names.name_for(Path::new("a/2.ply"), None, |name| name != "2"), "2.ply");
     }
 
     #[test]
     fn a_later_run_gives_the_same_names_again() {
-        let earlier = [("1", "1.ply"), ("1.ply", "1.ply"), ("1.xyz", "1.xyz")];
+        let earlier = [("1", "1.ply", Some("a")), ("1.ply", "1.ply", Some("b")), ("1.xyz", "1.xyz", None)];
         let mut names = ResultNames::of_earlier_runs(earlier.into_iter());
-        assert_eq!(names.name_for(Path::new("a/1.xyz"), ANY), "1.xyz");
-        assert_eq!(names.name_for(Path::new("a/1.ply"), ANY), "1");
-        assert_eq!(names.name_for(Path::new("b/1.ply"), ANY), "1.ply");
-        assert_eq!(names.name_for(Path::new("b/1.txt"), ANY), "1.txt");
+        assert_eq!(names.name_for(Path::new("a/1.xyz"), None, ANY), "1.xyz");
+        assert_eq!(names.name_for(Path::new("a/1.ply"), None, ANY), "1");
+        assert_eq!(names.name_for(Path::new("b/1.ply"), None, ANY), "1.ply");
+        assert_eq!(names.name_for(Path::new("b/1.txt"), None, ANY), "1.txt");
+        // In another order: the content tells which is which.
+        let mut names = ResultNames::of_earlier_runs(earlier.into_iter());
+        assert_eq!(names.name_for(Path::new("b/1.ply"), Some("b"), ANY), "1.ply");
+        assert_eq!(names.name_for(Path::new("b/1.ply"), Some("changed meanwhile"), ANY), "1.ply");
+        assert_eq!(names.name_for(Path::new("c/1.ply"), Some("new"), ANY), "1");
+        assert_eq!(names.name_for(Path::new("d/1.ply"), Some("new"), ANY), "1.ply (2)");
     }
 
     #[test]
@@ -102,7 +127,7 @@ mod tests {
         std::fs::create_dir(dir.path().join("a")).unwrap();
         let mut names = ResultNames::default();
         for way in ["a/1.ply", "a/../a/1.ply", "./a/1.ply"] {
-            assert_eq!(names.name_for(&dir.path().join(way), ANY), "1", "{way}");
+            assert_eq!(names.name_for(&dir.path().join(way), None, ANY), "1", "{way}");
         }
     }
 
@@ -110,8 +135,8 @@ mod tests {
     fn names_that_no_file_system_takes_are_shortened() {
         let mut names = ResultNames::default();
         let (first, second) = ("å".repeat(120) + "1.ply", "å".repeat(120) + "2.ply");
-        let first = names.name_for(Path::new(&first), ANY);
-        let second = names.name_for(Path::new(&second), ANY);
+        let first = names.name_for(Path::new(&first), None, ANY);
+        let second = names.name_for(Path::new(&second), None, ANY);
         assert!(first.len() <= LONGEST && second.len() <= LONGEST + 6 && first != second, "{first} {second}");
     }
 }

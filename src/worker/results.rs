@@ -61,7 +61,7 @@ impl ResultsFolder {
         manifest.settle(path);
         let table = load_table(path, &manifest, &mut warnings)?;
         manifest.write(path)?;
-        let names = ResultNames::of_earlier_runs(table.rows().iter().map(|row| (&*row.result, &*row.scan)));
+        let names = ResultNames::of_earlier_runs(table.rows().iter().map(|r| (&*r.result, &*r.scan, r.scan_sha256())));
         let real_path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let scans_here = BTreeSet::new();
         let folder =
@@ -114,14 +114,24 @@ impl ResultsFolder {
         let free = |name: &str| {
             was_written_by_us(folder, name) || !endings.iter().any(|ending| taken(&format!("{name}.{ending}")))
         };
-        let name = self.names.name_for(scan, free);
+        let name = self.names.name_for(scan, inspected.result.identity.scan_sha256.as_deref(), free);
         let print = |format: &OutputFormat| (format!("{name}.{}", ending_of(*format)), print(*format, inspected, part));
         let printed = self.formats.iter().map(print).collect();
         (name, printed)
     }
 
+    /// A word of warning where the reports will replace those of a scan with another content, of an earlier run or of this one.
+    pub fn replaces(&self, name: &str, inspected: &Inspected) -> Option<Diagnostic> {
+        let row = self.table.row_of(name)?;
+        let (before, now) = (row.scan_sha256()?, inspected.result.identity.scan_sha256.as_deref()?);
+        let message = format!("\"{name}\": the result of a scan {} with another content is replaced", row.scan);
+        let help = "to keep both, give the scans names of their own or run into another folder with --out";
+        (before != now).then(|| Diagnostic::warning(message).in_file(&self.path).with_help(help))
+    }
+
     /// Writes the reports of one scan and the table, and confirms them in the manifest. Ended at any moment, the folder is
-    /// consistent: the manifest knows of every file what it was and what it was to become. Returns the files written.
+    /// consistent: the manifest knows of every file what it was and what it was to become. Returns the files written. Where one cannot
+    /// be written, those before it stay and are listed; the table, the last of them, has no row of the scan then.
     pub fn store(&mut self, name: &str, printed: Printed, inspected: &Inspected) -> Result<Vec<PathBuf>, Diagnostic> {
         self.table.put(name, &inspected.result);
         let mut batch = printed;
@@ -131,20 +141,15 @@ impl ResultsFolder {
         for (file, content) in &batch {
             self.manifest.announce(file, content.as_deref());
         }
-        self.manifest.write(&self.path)?;
-        let mut files = Vec::new();
-        for (file, content) in &batch {
-            let path = self.path.join(file);
-            match content {
-                Some(bytes) => {
-                    atomic::write(&path, bytes)?;
-                    files.push(path);
-                }
-                None => remove(&path)?,
-            }
+        let written = self.manifest.write(&self.path).and_then(|()| write_batch(&self.path, &batch));
+        match &written {
+            Ok(_) => self.manifest.confirm(),
+            // What was written before the fault is listed as it lies there, as far as the disk still takes the list.
+            Err(_) => self.manifest.settle(&self.path),
         }
-        self.manifest.confirm();
-        self.manifest.write(&self.path)?;
+        let listed = self.manifest.write(&self.path);
+        let mut files = written?;
+        listed?;
         // The table is not one of the scan's own reports.
         files.pop();
         Ok(files)
@@ -154,6 +159,22 @@ impl ResultsFolder {
     pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<&Row> {
         self.table.inspected_as(scan_sha256, plan_sha256, cad_sha256)
     }
+}
+
+/// Writes or removes file after file, in order, until one fails.
+fn write_batch(folder: &Path, batch: &Printed) -> Result<Vec<PathBuf>, Diagnostic> {
+    let mut files = Vec::new();
+    for (file, content) in batch {
+        let path = folder.join(file);
+        match content {
+            Some(bytes) => {
+                atomic::write(&path, bytes)?;
+                files.push(path);
+            }
+            None => remove(&path)?,
+        }
+    }
+    Ok(files)
 }
 
 /// Whether a result of that name stands in the folder though no manifest lists it (any more).
@@ -339,6 +360,60 @@ mod tests {
     }
 
     #[test]
+    fn what_was_written_before_a_fault_is_listed() {
+        let dir = tempfile::tempdir().unwrap();
+        let (mut folder, _) = open(dir.path());
+        let inspected = Inspected { result: crate::report::example::bracket(), scan: None };
+        let printed = |text: &str| -> Printed {
+            ["1.json", "1.txt", "1.csv"].map(|file| (file.to_owned(), Some(text.as_bytes().to_vec()))).into()
+        };
+        folder.store("1", printed("first"), &inspected).unwrap();
+        let table = fs::read(dir.path().join(sequence::FILE)).unwrap();
+        // A folder in the place of the second file: as good as a full disk, and root cannot write it either.
+        fs::remove_file(dir.path().join("1.txt")).unwrap();
+        fs::create_dir(dir.path().join("1.txt")).unwrap();
+        let fault = folder.store("1", printed("second"), &inspected).unwrap_err();
+        assert!(fault.message.contains("a folder has this name"), "{fault}");
+        assert_eq!(fs::read(dir.path().join("1.json")).unwrap(), b"second");
+        assert_eq!(fs::read(dir.path().join("1.csv")).unwrap(), b"first");
+        assert_eq!(fs::read(dir.path().join(sequence::FILE)).unwrap(), table);
+        let verified = manifest::verify(dir.path()).unwrap();
+        let problems: Vec<String> = verified.problems.iter().map(ToString::to_string).collect();
+        assert!(problems.len() == 1 && problems[0].contains("1.txt"), "{problems:?}");
+        assert!(verified.interrupted.is_empty());
+        // The way is free again: the scan's reports are all there, and all are listed.
+        fs::remove_dir(dir.path().join("1.txt")).unwrap();
+        folder.reopen().unwrap();
+        folder.store("1", printed("third"), &inspected).unwrap();
+        let verified = manifest::verify(dir.path()).unwrap();
+        assert_eq!((verified.intact, verified.problems.len()), (4, 0));
+    }
+
+    #[test]
+    fn a_result_that_replaces_another_scans_is_told() {
+        let dir = tempfile::tempdir().unwrap();
+        let (mut folder, _) = open(dir.path());
+        let scan = |sha256: &str| {
+            let mut result = crate::report::example::bracket();
+            result.identity.scan_file = "1.ply".into();
+            result.identity.scan_sha256 = Some(sha256.repeat(64));
+            Inspected { result, scan: None }
+        };
+        let file = || vec![("1.json".to_owned(), Some(b"x".to_vec()))];
+        assert!(folder.replaces("1", &scan("a")).is_none());
+        folder.store("1", file(), &scan("a")).unwrap();
+        assert!(folder.replaces("1", &scan("a")).is_none(), "the same content once more");
+        let warning = folder.replaces("1", &scan("b")).unwrap();
+        assert!(warning.message.contains("1.ply") && warning.help.is_some(), "{warning}");
+        // A later run: by its content the scan finds its own name, whatever folder it lies in now.
+        folder.store("1.ply", vec![("1.ply.json".to_owned(), Some(b"y".to_vec()))], &scan("b")).unwrap();
+        folder.reopen().unwrap();
+        let any = |_: &str| true;
+        assert_eq!(folder.names.name_for(Path::new("b/1.ply"), Some(&"b".repeat(64)), any), "1.ply");
+        assert_eq!(folder.names.name_for(Path::new("a/1.ply"), Some(&"a".repeat(64)), any), "1");
+    }
+
+    #[test]
     fn own_files_are_no_scans_and_scans_are_not_written_over() {
         let dir = tempfile::tempdir().unwrap();
         fs::write(dir.path().join("2.ply"), "a result").unwrap();
@@ -350,7 +425,7 @@ mod tests {
         assert_eq!(listing, [file("1.ply")]);
         let name_for = |folder: &mut ResultsFolder, scan: &Path| {
             let scans = folder.scans_here.clone();
-            folder.names.name_for(scan, |name| !scans.contains(&format!("{name}.ply")))
+            folder.names.name_for(scan, None, |name| !scans.contains(&format!("{name}.ply")))
         };
         assert_eq!(name_for(&mut folder, &dir.path().join("1.ply")), "1.ply");
         folder.keep_scans(&[dir.path().join("3.ply"), "elsewhere/4.ply".into()]);

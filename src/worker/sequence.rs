@@ -218,6 +218,9 @@ impl<'a> Sequence<'a> {
             inspected = self.examiner.broken(scan, sha256, &*panic);
             self.results.print(scan, &inspected, &self.examiner.part)
         });
+        if let Some(warning) = self.results.replaces(&name, &inspected) {
+            (self.listener)(Event::Problems(vec![warning]));
+        }
         let files = self.results.store(&name, printed, &inspected)?;
         self.append_timings(scan, clock);
         let outcome = inspected.result.outcome.clone();
