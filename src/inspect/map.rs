@@ -1,11 +1,13 @@
 //! The deviation of every kept point.
 //!
 //! The sign is taken from the face that the camera saw, never from inside or outside: a sheet has neither. It is
-//! positive along the CAD's normals, whichever side was measured.
+//! positive along the CAD's normals, whichever side was measured. Where that face turns its back to the camera, as the leaf of a
+//! hem does, the camera sees the sheet's other face, and the point is compared with that.
 
 use super::result::{DeviationMap, MapStatistics};
-use crate::geometry::CadFromScan;
-use crate::part::Face;
+use crate::geometry::{CadFromScan, Point3, Vector3};
+use crate::part::{Face, FaceHit, Part};
+use crate::plan::Side;
 use crate::run::{Cancelled, RunContext};
 use crate::scan::ConditionedScan;
 use rayon::prelude::*;
@@ -25,21 +27,27 @@ enum Fate {
     Far,
 }
 
-/// Compares every kept point with the face.
+/// Cosine between a normal and the direction to the camera below which a face surely turns its back: 105 degrees.
+const TURNED_AWAY: f64 = -0.26;
+
+/// Compares every kept point with the face that a camera on `side` sees.
 pub fn deviation_map(
     scan: &ConditionedScan,
-    face: &Face,
+    part: &Part,
+    side: Side,
     cad_from_scan: &CadFromScan,
     range_mm: f64,
     run: &RunContext,
 ) -> Result<DeviationMap, Cancelled> {
     let reach_mm = LEAST_REACH_MM.max(REACH_RANGES * range_mm);
+    let to_camera_cad = scan.to_camera.map(|d| cad_from_scan.vector(&d));
+    let skins = Skins { seen: part.face(side), other: part.face(side.opposite()), to_camera_cad };
     let chunks: Vec<Vec<Fate>> = scan
         .kept
         .par_chunks(CHUNK)
         .map(|chunk| {
             run.check()?;
-            Ok(compare_chunk(scan, face, cad_from_scan, reach_mm, chunk))
+            Ok(compare_chunk(scan, &skins, cad_from_scan, reach_mm, chunk))
         })
         .collect::<Result<_, Cancelled>>()?;
     let mut map = DeviationMap::default();
@@ -69,26 +77,42 @@ pub fn deviation_map(
     Ok(map)
 }
 
+/// Both faces of the sheet, and where the camera stands.
+struct Skins<'a> {
+    seen: &'a Face,
+    other: &'a Face,
+    to_camera_cad: Option<Vector3>,
+}
+
+impl<'a> Skins<'a> {
+    /// The face of which the camera sees the place that was hit, and the place there.
+    fn visible(&self, point: &Point3, hit: FaceHit, reach_mm: f64) -> (&'a Face, FaceHit) {
+        let turned_away = self.to_camera_cad.is_some_and(|d| hit.normal.dot(&d) < TURNED_AWAY);
+        let other = if turned_away { self.other.closest(point, reach_mm) } else { None };
+        other.map_or((self.seen, hit), |other| (self.other, other))
+    }
+}
+
 fn compare_chunk(
     scan: &ConditionedScan,
-    face: &Face,
+    skins: &Skins,
     cad_from_scan: &CadFromScan,
     reach_mm: f64,
     chunk: &[u32],
 ) -> Vec<Fate> {
-    let sign = face.side.sign();
     let mut last_triangle = None;
     chunk
         .iter()
         .map(|&index| {
             let point = cad_from_scan.point(&scan.cloud.positions[index as usize]);
             let hit = match last_triangle {
-                Some(seed) => face.closest_seeded(&point, reach_mm, seed),
-                None => face.closest(&point, reach_mm),
+                Some(seed) => skins.seen.closest_seeded(&point, reach_mm, seed),
+                None => skins.seen.closest(&point, reach_mm),
             };
             let Some(hit) = hit else { return Fate::Far };
             last_triangle = Some(hit.triangle);
-            if hit.on_boundary { Fate::PastEdge } else { Fate::Value((sign * hit.signed_mm) as f32) }
+            let (face, hit) = skins.visible(&point, hit, reach_mm);
+            if hit.on_boundary { Fate::PastEdge } else { Fate::Value((face.side.sign() * hit.signed_mm) as f32) }
         })
         .collect()
 }

@@ -101,7 +101,7 @@ fn measure_conditioned(
         Local { part, face, scan, grid: &grid, cad_from_scan: alignment.cad_from_scan, uncertainty: &plan.uncertainty };
     let compared = compare(plan, &local, &alignment, &pose_uncertainty, run)?;
     run.enter(Stage::Map)?;
-    let map = deviation_map(scan, face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
+    let map = deviation_map(scan, part, best_fit.face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
     let verdict = of_part(&compared.points, alignment.degraded);
     let mut warnings = warnings(scan, &best_fit, &alignment.reason);
     warnings.extend(compared.warnings);

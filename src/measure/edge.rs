@@ -8,6 +8,7 @@ use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::{Rim, rims_near};
+use super::sight::{check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
     Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
@@ -53,6 +54,7 @@ pub fn edge(
     let h = local.scan.spacing_mm;
     let cad_normal = sheet_normal(local, position, normal, &[Vector3::zeros()]);
     let frame = FeatureFrame::new(local, *position, &cad_normal, normal, Some(direction));
+    check_in_sight(local, &frame)?;
     let inner = search_mm + (8.0 * h).max(1.5);
     let half = 0.5 * (18.0 * h).max(3.0);
     let strip = strip_along_edge(local, &frame, half, inner, search_mm + 4.0 * h, h)?;
@@ -60,7 +62,8 @@ pub fn edge(
     let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth);
     let radius = half.hypot(inner) + 0.5;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
-    let points = in_strip(&patch, &gathered, &strip);
+    let mut points = in_strip(&patch, &gathered, &strip);
+    points.retain(|p| !is_of_another_wall(local, &frame, &p.own, p.place[2], 0.0));
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
     }
@@ -234,8 +237,9 @@ fn keep_clear(strip: &mut Strip, p: &[f64; 2]) {
     }
 }
 
-/// A point of the strip: its place, its height above the CAD, and v straightened.
+/// A point of the strip: where it is, its place with its height above the CAD, and v straightened.
 struct StripPoint {
+    own: Uvw,
     place: [f64; 3],
     straight_v: f64,
 }
@@ -247,7 +251,7 @@ fn in_strip(patch: &CadPatch, gathered: &[Uvw], strip: &Strip) -> Vec<StripPoint
         if (strip.along[0]..=strip.along[1]).contains(&p[0]) && (-strip.inner..=strip.outer).contains(&straight_v) {
             let place = [p[0], p[1], patch.residual(p)];
             if place[2].is_finite() {
-                points.push(StripPoint { place, straight_v });
+                points.push(StripPoint { own: *p, place, straight_v });
             }
         }
     }

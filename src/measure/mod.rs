@@ -16,6 +16,7 @@ mod layer;
 mod opening;
 mod patch;
 mod rim;
+mod sight;
 pub mod slot;
 pub mod surface;
 

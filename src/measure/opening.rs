@@ -4,6 +4,7 @@ use super::frame::{FeatureFrame, Uvw, clear_of_belt, sheet_gate_mm, sheet_normal
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::rims_near;
+use super::sight::{check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::fit::soft_edge::{
@@ -97,6 +98,7 @@ pub fn measure_opening<O: Opening>(
     nominal: &O,
     search_mm: f64,
 ) -> Result<OpeningFound<O>, NotFound> {
+    check_in_sight(local, frame)?;
     let h = local.scan.spacing_mm;
     let reach = nominal.reach_mm() + margin_mm(h);
     let depth = search_mm + 2.0 + 0.3 * reach;
@@ -144,8 +146,9 @@ fn sheet_around<O: Opening>(
         return Err(NotFound::too_few(gathered.len(), NEEDED));
     }
     let mut unused = [0.0; MAX_SHAPE];
-    let mut heights: Vec<[f64; 3]> = gathered.iter().map(|p| [p[0], p[1], patch.residual(p)]).collect();
-    heights.retain(|p| p[2].is_finite());
+    let above = gathered.iter().map(|p| (p, patch.residual(p)));
+    let own = above.filter(|(p, mm)| mm.is_finite() && !is_of_another_wall(local, frame, p, *mm, 0.0));
+    let heights: Vec<[f64; 3]> = own.map(|(p, mm)| [p[0], p[1], mm]).collect();
     let ring: Vec<[f64; 3]> = heights
         .iter()
         .filter(|p| (0.3..margin).contains(&nominal.signed_mm([p[0], p[1]], &mut unused)))

@@ -8,6 +8,7 @@ use super::bend::fit_bend;
 use super::frame::{FeatureFrame, clear_of_belt};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, face_height};
+use super::sight::{check_in_sight, is_of_another_wall};
 use super::{Local, NotFound};
 use crate::fit::robust::median;
 use crate::geometry::{Point3, UnitVector3, Vector3};
@@ -59,6 +60,7 @@ pub fn surface(
     if face_height(local, &frame, [0.0; 2], search_mm + 2.0).is_none() {
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
+    check_in_sight(local, &frame)?;
     let mut radius = window_radius(local, &frame.seen);
     let core = Core::gather(local, &frame, radius, search_mm)?;
     let (patch, points) = loop {
@@ -99,7 +101,9 @@ impl Core {
     fn gather(local: &Local, frame: &FeatureFrame, radius: f64, search_mm: f64) -> Result<Self, NotFound> {
         let h = local.scan.spacing_mm;
         let reach = (CORE_SHARE * radius).max(CORE_SPACINGS * h);
-        let points = frame.gather(local, [0.0, 0.0], reach, search_mm + CORE_BEYOND_MM);
+        let mut points = frame.gather(local, [0.0, 0.0], reach, search_mm + CORE_BEYOND_MM);
+        // Heights are told from the place, not from the face: within the reach it may rise by as much as twice that.
+        points.retain(|p| !is_of_another_wall(local, frame, p, p[2], 2.0 * reach));
         let expected = std::f64::consts::PI * (reach / h).powi(2);
         let needed = ((CORE_FILLED * expected) as usize).max(CORE_NEEDED);
         if points.len() < needed {
@@ -148,8 +152,10 @@ fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, s
     // A face that leans away from the direction reaches further along it.
     let depth = search_mm + 1.8 * radius;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
-    let above = gathered.iter().map(|p| [p[0], p[1], patch.residual(p)]);
-    above.filter(|p| p[2].abs() <= search_mm).collect()
+    let above = gathered.iter().map(|p| (p, patch.residual(p)));
+    let own = above
+        .filter(|(p, above_mm)| above_mm.abs() <= search_mm && !is_of_another_wall(local, frame, p, *above_mm, 0.0));
+    own.map(|(p, above_mm)| [p[0], p[1], above_mm]).collect()
 }
 
 fn measure_in(

@@ -49,6 +49,16 @@ impl Side {
             Side::Bottom => "bottom",
         }
     }
+
+    /// The other side.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        match self {
+            Side::Top => Side::Bottom,
+            Side::Bottom => Side::Top,
+        }
+    }
+
     /// +1 for the top, -1 for the bottom: turns a direction of the plan into one that points to the camera.
     pub fn sign(self) -> f64 {
         match self {

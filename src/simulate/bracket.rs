@@ -226,7 +226,7 @@ fn add_points(part: &mut SyntheticPart, forming: &Forming, corners: &[Corner], o
         part.add_comparison(name, edge_geometry(forming, &a, &b, share), 0.7);
     }
     part.comparison.sort_by_key(|c| (kind_order(&c.geometry), c.name.clone()));
-    part.put_surface_points_on_facets();
+    part.put_surface_points_on_facets(1.0);
 }
 
 fn kind_order(geometry: &Geometry) -> u8 {

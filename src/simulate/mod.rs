@@ -28,6 +28,6 @@ pub use files::{scan_of_series, simulate_series, write_scan};
 pub use part::SyntheticPart;
 pub use rig::{RigModel, Sampling};
 pub use scan::{Label, PoseChoice, SimulatedScan, simulate_scan};
-pub use shapes::{cover, rail, symmetric_plate};
+pub use shapes::{cover, hemmed, rail, symmetric_plate};
 pub use subject::Subject;
 pub use truth::{Deviation, FeatureTruth, PointTruth, ScanTruth};

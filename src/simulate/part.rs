@@ -127,14 +127,16 @@ impl SyntheticPart {
     }
 
     /// Moves the surface points along their directions onto the mesh: a plan's points lie on its CAD, and that is the mesh,
-    /// which stands a few micrometres off the forming's formula where the sheet is curved.
-    pub(super) fn put_surface_points_on_facets(&mut self) {
+    /// which stands a few micrometres off the forming's formula where the sheet is curved. Looks `reach_mm` to either side, less than
+    /// to the next leaf of the sheet.
+    pub(super) fn put_surface_points_on_facets(&mut self, reach_mm: f64) {
         let caster = Caster::new(&self.mesh);
         let features = self.features.iter_mut().map(|f| &mut f.geometry);
         for geometry in features.chain(self.comparison.iter_mut().map(|c| &mut c.geometry)) {
             let Geometry::Surface { position, direction } = geometry else { continue };
-            if let Some(hit) = caster.first(&(*position + direction.into_inner()), &-direction.into_inner(), 0.0, 2.0) {
-                *position += direction.into_inner() * (1.0 - hit.t);
+            let start = *position + direction.into_inner() * reach_mm;
+            if let Some(hit) = caster.first(&start, &-direction.into_inner(), 0.0, 2.0 * reach_mm) {
+                *position += direction.into_inner() * (reach_mm - hit.t);
             }
         }
     }

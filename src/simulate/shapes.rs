@@ -1,7 +1,7 @@
 //! Parts that are hard to align: nearly symmetric, nearly round, or truly symmetric.
 
 use super::blank::{Corner, FlatMesh, Opening, Uv, UvVector, filleted, square_lattice, subdivided, triangulate};
-use super::forming::{Bead, Forming, ProfilePiece, Revolved};
+use super::forming::{Bead, Flange, Forming, ProfilePiece, Revolved};
 use super::part::{SyntheticPart, edge_geometry, opening_geometry, surface_geometry};
 
 /// A rail of about 300 x 44 mm with a shallow profile: it looks the same after half a turn, but for one hole of 7 mm.
@@ -18,7 +18,7 @@ pub fn rail() -> SyntheticPart {
         half_width_mm: 9.0,
         height_mm: 2.5,
     });
-    let forming = Forming { beads: beads.into(), ..flat() };
+    let forming = Forming { beads: beads.into(), ..flat_forming() };
     let mut part = SyntheticPart::form("rail", &blank(&outline, &openings, 1.5), &forming, 1.0);
     part.add_feature("H1", opening_geometry(&forming, &openings[0], None));
     part.add_feature("S1", opening_geometry(&forming, &openings[1], None));
@@ -29,7 +29,7 @@ pub fn rail() -> SyntheticPart {
     part.add_comparison("E02", edge_geometry(&forming, &outline[2].at, &outline[3].at, 0.5), 0.7);
     part.add_comparison("C01", opening_geometry(&forming, &openings[4], Some(UvVector::x())), 0.3);
     part.add_comparison("C02", opening_geometry(&forming, &openings[2], Some(UvVector::y())), 0.3);
-    part.put_surface_points_on_facets();
+    part.put_surface_points_on_facets(1.0);
     part
 }
 
@@ -70,8 +70,95 @@ pub fn cover() -> SyntheticPart {
     part.add_comparison("C01", opening_geometry(&sheet, &openings[2], Some(UvVector::x())), 0.3);
     let tab = outline.len() - 1;
     part.add_comparison("E01", edge_geometry(&sheet, &outline[tab], &outline[0], 0.5), 0.7);
-    part.put_surface_points_on_facets();
+    part.put_surface_points_on_facets(1.0);
     part
+}
+
+/// Thickness of the hemmed part's sheet.
+pub const HEMMED_THICKNESS_MM: f64 = 0.8;
+
+/// A plate of about 120 x 90 mm whose sheet comes near itself: at its right a hem, turned back over the plate with `gap_mm` between
+/// the leaves; in front a groove with walls of 70 degrees, four millimetres apart, and a level rim beyond it.
+///
+/// Features H1, S1, A1 on the plate. Comparison points: P01 and E01, C01 on the plate, P02 under the hem's leaf, P03 on the leaf
+/// (its CAD normal looks down, into the hem), E02 the leaf's trimmed edge, W01 and W02 on the groove's walls, P04 and E03 beyond it.
+pub fn hemmed(gap_mm: f64) -> SyntheticPart {
+    let (up, turn) = (std::f64::consts::PI, 70f64.to_radians());
+    let bend = |radius_mm: f64, turn_rad: f64| ProfilePiece { length_mm: radius_mm * turn_rad.abs(), turn_rad };
+    let straight = |length_mm: f64| ProfilePiece { length_mm, turn_rad: 0.0 };
+    let (hem_bend, wall_mm, radius_mm) = (bend(0.5 * gap_mm, up), 5.0, 1.0);
+    let hem = Flange::new(60.0, 0.0, vec![hem_bend]);
+    let walls = [bend(radius_mm, -turn), straight(wall_mm), bend(radius_mm, 2.0 * turn), straight(wall_mm)];
+    let groove = Flange::new(25.0, -0.5 * up, walls.into_iter().chain([bend(radius_mm, -turn)]).collect());
+    let groove_mm: f64 = groove.profile.iter().map(|p| p.length_mm).sum();
+    let leaf_end = 60.0 + hem_bend.length_mm + 14.0;
+    let front = -(25.0 + groove_mm + 12.0);
+    let outline = [
+        Corner::new(-60.0, front, 5.0),
+        Corner::new(48.0, front, 8.0),
+        Corner::new(48.0, -18.0, 2.0),
+        Corner::new(leaf_end, -18.0, 1.0),
+        Corner::new(leaf_end, 34.0, 1.0),
+        Corner::new(52.0, 34.0, 2.0),
+        Corner::new(40.0, 46.0, 6.0),
+        Corner::new(-60.0, 40.0, 10.0),
+    ];
+    let hole = |u: f64, v: f64, diameter_mm: f64| Opening::Hole { centre: Uv::new(u, v), diameter_mm };
+    let slot = Opening::Slot { centre: Uv::new(22.0, -12.0), direction: UvVector::x(), length_mm: 16.0, width_mm: 7.0 };
+    let openings = [hole(-48.0, 26.0, 10.0), slot, hole(-10.0, 22.0, 12.0), hole(20.0, 30.0, 6.0)];
+    let flanges = vec![hem, groove];
+    let bent = |q: &Uv| flanges.iter().any(|f| f.is_curved_at(q, 0.3));
+    let mut rims = vec![subdivided(&filleted(&outline, 0.002), |q| if bent(q) { 0.1 } else { 1.5 })];
+    rims.extend(openings.iter().map(|o| o.rim(0.001)));
+    let mut lattice = square_lattice(Uv::new(-60.0, -25.0), Uv::new(60.0, 46.0), 1.5);
+    lattice.retain(|(q, _)| flanges.iter().all(|f| f.beyond_mm(q) < -0.7));
+    for flange in &flanges {
+        lattice.extend(bend_rows(flange, 65.0, 16.0));
+    }
+    let flat = triangulate(&rims, &lattice).expect("the part's rims keep away from each other");
+    let forming = Forming { flanges, ..flat_forming() };
+    let mut part = SyntheticPart::form("hemmed plate", &flat, &forming, HEMMED_THICKNESS_MM);
+    part.add_feature("H1", opening_geometry(&forming, &openings[0], None));
+    part.add_feature("S1", opening_geometry(&forming, &openings[1], None));
+    part.add_feature("A1", surface_geometry(&forming, &Uv::new(-45.0, -15.0)));
+    let [hem, groove] = [&forming.flanges[0], &forming.flanges[1]];
+    let wall = |s: f64, k: usize| {
+        groove.place(s, groove.profile[..k].iter().map(|p| p.length_mm).sum::<f64>() + 0.5 * wall_mm)
+    };
+    let leaf = hem_bend.length_mm + 7.0;
+    for (name, q) in [
+        ("P01", Uv::new(0.0, 0.0)),
+        ("P02", Uv::new(52.0, 8.0)),
+        ("P03", hem.place(8.0, leaf)),
+        ("P04", groove.place(10.0, groove_mm + 6.0)),
+        ("W01", wall(0.0, 1)),
+        ("W02", wall(0.0, 3)),
+    ] {
+        part.add_comparison(name, surface_geometry(&forming, &q), 0.5);
+    }
+    for (name, side) in [("E01", 7), ("E02", 3), ("E03", 0)] {
+        let (a, b) = (outline[side].at, outline[(side + 1) % outline.len()].at);
+        part.add_comparison(name, edge_geometry(&forming, &a, &b, 0.5), 0.7);
+    }
+    part.add_comparison("C01", opening_geometry(&forming, &openings[2], Some(UvVector::x())), 0.3);
+    part.put_surface_points_on_facets(0.1);
+    part
+}
+
+/// Vertices along a flange: rows 0.1 rad apart where it bends, 1.5 mm elsewhere, `half_mm` to either side and until `beyond_mm`
+/// after the last bend.
+fn bend_rows(flange: &Flange, half_mm: f64, beyond_mm: f64) -> Vec<(Uv, f64)> {
+    let mut rows = vec![(0.0, 0.1)];
+    let mut from = 0.0;
+    for piece in flange.profile.iter().chain([&ProfilePiece { length_mm: beyond_mm, turn_rad: 0.0 }]) {
+        let steps = (piece.turn_rad.abs() / 0.1).max(piece.length_mm / 1.5).ceil();
+        let clear = if piece.turn_rad == 0.0 { 0.6 } else { 0.1 };
+        rows.extend((1..=steps as usize).map(|k| (from + piece.length_mm * k as f64 / steps, clear)));
+        from += piece.length_mm;
+    }
+    let across = (half_mm / 1.5) as i64;
+    let row = |(w, clear): (f64, f64)| (-across..=across).map(move |k| (flange.place(1.5 * k as f64, w), clear));
+    rows.into_iter().flat_map(row).collect()
 }
 
 /// A flat plate of 200 x 100 mm that is the same after half a turn: an alignment cannot tell the two and must say so.
@@ -84,7 +171,7 @@ pub fn symmetric_plate() -> SyntheticPart {
             [1.0, -1.0].map(|s| Opening::Hole { centre: Uv::new(s * u, s * v), diameter_mm: *diameter_mm })
         })
         .collect();
-    let forming = flat();
+    let forming = flat_forming();
     let mut part = SyntheticPart::form("symmetric plate", &blank(&outline, &openings, 3.0), &forming, 1.2);
     part.add_comparison("P01", surface_geometry(&forming, &Uv::new(40.0, 30.0)), 0.5);
     part.add_comparison("E01", edge_geometry(&forming, &outline[1].at, &outline[2].at, 0.5), 0.7);
@@ -92,7 +179,7 @@ pub fn symmetric_plate() -> SyntheticPart {
     part
 }
 
-fn flat() -> Forming {
+fn flat_forming() -> Forming {
     Forming {
         crown_mm: 0.0,
         crown_centre: Uv::origin(),
