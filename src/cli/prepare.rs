@@ -27,15 +27,16 @@ pub(super) fn run(arguments: &PrepareArguments, manner: Manner) -> Result<Exit, 
         terminal::note(format!("warning: {warning}"));
     }
     let path = cache_path(&plan.cad.path);
-    if !path.exists() {
-        return Err(Diagnostic::error("the cache could not be written")
-            .in_file(&path)
-            .with_help("give write access to the CAD's folder; without it every start prepares the CAD again"));
-    }
     let (triangles, poses) = (part.triangles_in_file, part.resting_poses.len());
     let how = match cache {
         CacheUse::Built => "prepared",
         CacheUse::Loaded => "up to date",
+        CacheUse::NotStored(_) | CacheUse::NotWanted => {
+            let why = if let CacheUse::NotStored(why) = cache { format!(": {why}") } else { String::new() };
+            return Err(Diagnostic::error(format!("the CAD was prepared, but its cache could not be written{why}"))
+                .in_file(&path)
+                .with_help("give write access to the CAD's folder; without it every start prepares the CAD again"));
+        }
     };
     terminal::line(format!("{how}: {triangles} triangles, {poses} resting poses, {}", path.display()));
     Ok(Exit::Good)

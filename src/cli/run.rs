@@ -116,8 +116,12 @@ impl Screen {
                 for warning in part {
                     self.note(format!("warning: {warning}"));
                 }
-                if cache == CacheUse::Built {
-                    self.note("CAD prepared and cached".into());
+                match cache {
+                    CacheUse::Built => self.note("CAD prepared and cached".into()),
+                    CacheUse::NotStored(why) => {
+                        self.note(format!("CAD prepared, its cache could not be written: {why}"))
+                    }
+                    CacheUse::Loaded | CacheUse::NotWanted => {}
                 }
             }
             Event::Started { index, of, scan } => self.begin(index, of, &scan),

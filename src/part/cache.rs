@@ -5,9 +5,11 @@
 //! ```
 //!
 //! All numbers are little-endian. A file with another key, of another length or with one changed bit is not trusted but rebuilt;
-//! the checks of lengths and indices behind the checksum only make sure that even a forged file cannot stop the program.
+//! the checks behind the checksum (`sound`: finite, in range, consistent) make sure that even a forged file cannot stop the
+//! program.
 
 mod codec;
+mod sound;
 
 use super::{Face, FaceSample, Part, PartSettings, RestingPose};
 use crate::geometry::bvh::Shape;
@@ -53,8 +55,11 @@ pub(super) fn key(cad_sha256: &str, unit: LengthUnit, settings: &PartSettings) -
 }
 
 /// Reads a part back; `None` when the file is not there, not whole or made of something else.
-pub(super) fn load(file: &Path, key: &Key) -> Option<Part> {
-    decode(&crate::io::read_plain(file).ok()?, key)
+pub(super) fn load(file: &Path, key: &Key, cad_sha256: &str, settings: &PartSettings) -> Option<Part> {
+    let part = decode(&crate::io::read_plain(file).ok()?, key)?;
+    // The key says so already, unless the file is forged.
+    let same_thickness = settings.cad_side == CadSide::Solid || part.thickness_mm == settings.thickness_mm;
+    (part.cad_sha256 == cad_sha256 && part.cad_side == settings.cad_side && same_thickness).then_some(part)
 }
 
 /// Writes the part beside its CAD, whole or not at all. Nothing waits for the disk: a file torn by a power cut fails its checksum.
@@ -121,7 +126,7 @@ fn decode(bytes: &[u8], key: &Key) -> Option<Part> {
     let (top, bottom) = rayon::join(|| top.into_face(Side::Top), || bottom.into_face(Side::Bottom));
     let bounds: Aabb = mesh.bounds()?;
     let faces = [top?, bottom?];
-    Some(Part {
+    let part = Part {
         cad_sha256,
         triangles_in_file,
         mesh,
@@ -132,7 +137,8 @@ fn decode(bytes: &[u8], key: &Key) -> Option<Part> {
         resting_poses,
         warnings,
         faces,
-    })
+    };
+    sound::is_sound(&part).then_some(part)
 }
 
 /// SHA-256 over the SHA-256 of each mebibyte, so that all threads can help.
@@ -156,7 +162,11 @@ fn side_of_tag(tag: u64) -> Option<CadSide> {
 
 fn read_pose(r: &mut Reader) -> Option<RestingPose> {
     let up_cad = UnitVector3::new_unchecked(r.vector()?);
-    let side = if r.u64()? == 0 { Side::Top } else { Side::Bottom };
+    let side = match r.u64()? {
+        0 => Side::Top,
+        1 => Side::Bottom,
+        _ => return None,
+    };
     Some(RestingPose { up_cad, side, stability: r.f64()?, height_mm: r.f64()? })
 }
 
@@ -167,15 +177,7 @@ fn write_mesh(w: &mut Writer, mesh: &Mesh) {
 
 fn read_mesh(r: &mut Reader) -> Option<Mesh> {
     let vertices = r.triples()?.map(Point3::from).collect();
-    sound_mesh(vertices, r.words()?.collect())
-}
-
-/// A mesh of which every coordinate is finite and every index fits.
-fn sound_mesh(vertices: Vec<Point3>, triangles: Vec<[u32; 3]>) -> Option<Mesh> {
-    let count = vertices.len();
-    let sound = vertices.iter().all(|v| v.coords.iter().all(|c| c.is_finite()))
-        && triangles.iter().all(|t| t.iter().all(|v| (*v as usize) < count));
-    sound.then_some(Mesh { vertices, triangles })
+    sound::mesh(vertices, r.words()?.collect())
 }
 
 /// How a face's triangles are stored.
@@ -232,7 +234,7 @@ impl StoredFace {
             winding::OWN => r.words()?.collect(),
             _ => return None,
         };
-        let mesh = sound_mesh(vertices, triangles)?;
+        let mesh = sound::mesh(vertices, triangles)?;
         let vertex_normals: Vec<_> = r.triples()?.map(Vector3::from).collect();
         let points: Vec<[f64; 3]> = r.triples()?.collect();
         let normals: Vec<[f64; 3]> = r.triples()?.collect();
@@ -246,7 +248,8 @@ impl StoredFace {
         let samples = points.iter().zip(&normals).map(sample).collect();
         let shape = match r.u64()? {
             0 => Shape { leaves: r.words()?.collect(), children: r.words()?.collect() },
-            _ => known?.clone(),
+            1 => known?.clone(),
+            _ => return None,
         };
         Some(Self { mesh, vertex_normals, samples, shape })
     }

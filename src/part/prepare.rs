@@ -54,7 +54,7 @@ impl Part {
 }
 
 /// Refuses what cannot be a part and returns the diagonal of its box.
-fn check(mesh: &Mesh) -> Result<f64, Diagnostic> {
+pub(super) fn check(mesh: &Mesh) -> Result<f64, Diagnostic> {
     if mesh.triangles.is_empty() {
         return Err(Diagnostic::error("the CAD has no triangles, expected the surface of a part")
             .with_help("export the part's surface as a triangle mesh"));

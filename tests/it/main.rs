@@ -5,6 +5,7 @@
 mod accuracy;
 mod cad_sides;
 mod cli;
+mod forged_cache;
 mod layers;
 mod measure_accuracy;
 mod nist_fits;

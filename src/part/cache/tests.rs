@@ -67,6 +67,70 @@ fn even_forged_files_do_no_harm() {
     }
 }
 
+/// One number of the part changed as no preparation would leave it, under a right checksum.
+#[test]
+fn a_forged_number_is_found_wherever_it_stands() {
+    let (part, key) = example();
+    let forge = |what: &str, change: &dyn Fn(&mut Part)| {
+        let mut forged = part.clone();
+        change(&mut forged);
+        assert!(decode(&encode(&forged, &key), &key).is_none(), "{what}");
+    };
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 1e9] {
+        let tell = |what: &str| format!("{what} = {value}");
+        forge(&tell("centroid"), &|p| p.centroid.y = value);
+        forge(&tell("thickness"), &|p| p.thickness_mm = value);
+        forge(&tell("pose"), &|p| p.resting_poses[0].up_cad.as_mut_unchecked().x = value);
+        forge(&tell("stability"), &|p| p.resting_poses[0].stability = value);
+        forge(&tell("height"), &|p| p.resting_poses[0].height_mm = value);
+        for face in 0..2 {
+            forge(&tell("face vertex"), &|p| p.faces[face].mesh.vertices[5].z = value);
+            forge(&tell("vertex normal"), &|p| p.faces[face].vertex_normals[3].z = value);
+            forge(&tell("sample"), &|p| p.faces[face].samples[7].point.x = value);
+            forge(&tell("sample's normal"), &|p| p.faces[face].samples[7].normal.as_mut_unchecked().y = value);
+        }
+        // A part that is large all over is none of this kind; the key knows the CAD's bytes.
+        if value != 1e9 {
+            forge(&tell("vertex"), &|p| p.mesh.vertices[4].y = value);
+        }
+    }
+    let beyond = part.mesh.vertices.len() as u32;
+    forge("index of the mesh", &|p| p.mesh.triangles[2][1] = beyond);
+    forge("index of a face", &|p| p.faces[1].mesh.triangles[2][1] = u32::MAX);
+    forge("fewer vertices", &|p| p.faces[0].mesh.vertices.truncate(3));
+    forge("fewer normals", &|p| p.faces[0].vertex_normals.truncate(3));
+    forge("no triangles", &|p| p.mesh.triangles.clear());
+    forge("no samples", &|p| p.faces[0].samples.clear());
+    forge("fewer triangles in the file", &|p| p.triangles_in_file = 3);
+}
+
+#[test]
+fn a_forged_file_is_rebuilt_silently() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.stl");
+    let mut stl = Vec::new();
+    crate::io::write_stl(&mut stl, &plate()).unwrap();
+    std::fs::write(&path, &stl).unwrap();
+    let cad = CadSettings { file: "plate.stl".into(), path: path.clone(), unit: LengthUnit::Mm };
+    let (cache, settings) = (cache_path(&path), settings(CadSide::Top, 1.0));
+    let load = || load_or_prepare(&cad, &settings, Some(&cache), &RunContext::silent()).unwrap();
+    let (built, _) = load();
+    let key = key(&built.cad_sha256, LengthUnit::Mm, &settings);
+    let forgeries: [&dyn Fn(&mut Part); 4] = [
+        &|p| p.faces[0].mesh.vertices[5].z = f64::NAN,
+        &|p| p.thickness_mm = 1.1,
+        &|p| p.cad_side = CadSide::Bottom,
+        &|p| p.cad_sha256 = "00".into(),
+    ];
+    for (k, forgery) in forgeries.iter().enumerate() {
+        let mut forged = built.clone();
+        forgery(&mut forged);
+        std::fs::write(&cache, encode(&forged, &key)).unwrap();
+        assert!(load() == (built.clone(), CacheUse::Built), "forgery {k}");
+        assert!(load() == (built.clone(), CacheUse::Loaded), "forgery {k}");
+    }
+}
+
 #[test]
 fn the_key_holds_everything_the_part_is_made_of() {
     let base = settings(CadSide::Solid, 1.0);
@@ -120,8 +184,8 @@ fn a_damaged_or_stale_file_is_replaced() {
     // A place that cannot be written is no error.
     let nowhere = folder.path().join("missing").join("x");
     let (part, used) = load_or_prepare(&cad, &thin, Some(&nowhere), &RunContext::silent()).unwrap();
-    assert!((part, used) == (built, CacheUse::Built));
-    assert!(load_or_prepare(&cad, &thin, None, &RunContext::silent()).is_ok());
+    assert!(part == built && matches!(used, CacheUse::NotStored(_)), "{used:?}");
+    assert_eq!(load_or_prepare(&cad, &thin, None, &RunContext::silent()).unwrap().1, CacheUse::NotWanted);
     let absent = CadSettings { path: folder.path().join("none.stl"), ..cad };
     assert!(load_or_prepare(&absent, &thin, None, &RunContext::silent()).is_err());
 }
