@@ -62,8 +62,7 @@ pub fn align_on_plan(
         let alignment = FeatureAlignment {
             method: "best_fit",
             cad_from_scan: best_fit.cad_from_scan,
-            degraded: false,
-            reason: None,
+            degraded: None,
             features: Vec::new(),
         };
         return Ok((alignment, nothing_known(input)));
@@ -95,7 +94,7 @@ pub fn align_on_plan(
                 Err((reason, found)) => return Ok(degraded(input, best_fit, reason, &found)),
             };
             let method = method_key(&input.plan.alignment);
-            let alignment = FeatureAlignment { method, cad_from_scan: pose, degraded: false, reason: None, features };
+            let alignment = FeatureAlignment { method, cad_from_scan: pose, degraded: None, features };
             return Ok((alignment, uncertainty));
         }
         last_shift = shift;
@@ -349,8 +348,7 @@ fn degraded(
     let alignment = FeatureAlignment {
         method: "best_fit",
         cad_from_scan: best_fit.cad_from_scan,
-        degraded: true,
-        reason: Some(reason),
+        degraded: Some(reason),
         features: report(input, found),
     };
     (alignment, nothing_known(input))

@@ -62,10 +62,9 @@ pub struct FeatureAlignment {
     pub method: &'static str,
     /// The pose.
     pub cad_from_scan: CadFromScan,
-    /// A datum feature could not be measured: the pose is only the best fit and nothing is judged in it.
-    pub degraded: bool,
-    /// Why it is degraded.
-    pub reason: Option<String>,
+    /// Why the plan's alignment was not possible, when it was not: the pose is then only the best fit and nothing is judged
+    /// in it.
+    pub degraded: Option<String>,
     /// Datum features that were measured.
     pub features: Vec<MeasuredFeature>,
 }

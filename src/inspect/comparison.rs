@@ -36,9 +36,9 @@ pub fn compare(
         .par_iter()
         .map(|point| {
             run.check()?;
-            Ok(match &alignment.reason {
-                Some(reason) if alignment.degraded => (not_measured(point, datum_reason(reason), 0), None),
-                _ => measure_point(plan, local, pose, point),
+            Ok(match &alignment.degraded {
+                Some(reason) => (not_measured(point, datum_reason(reason), 0), None),
+                None => measure_point(plan, local, pose, point),
             })
         })
         .collect::<Result<_, Cancelled>>()?;

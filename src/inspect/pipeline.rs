@@ -102,8 +102,8 @@ fn measure_conditioned(
     let compared = compare(plan, &local, &alignment, &pose_uncertainty, run)?;
     run.enter(Stage::Map)?;
     let map = deviation_map(scan, part, best_fit.face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
-    let verdict = of_part(&compared.points, alignment.degraded);
-    let mut warnings = warnings(scan, &best_fit, &alignment.reason);
+    let verdict = of_part(&compared.points, alignment.degraded.is_some());
+    let mut warnings = warnings(scan, &best_fit, &alignment.degraded);
     warnings.extend(compared.warnings);
     Ok(Inspection {
         points_read,

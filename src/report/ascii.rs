@@ -52,8 +52,8 @@ fn measured(text: &mut String, inspection: &Inspection) {
     line(text, "best_fit_inlier_ratio", &number(fit.inlier_ratio));
     line(text, "best_fit_margin", &number(fit.margin));
     line(text, "alignment", alignment.method);
-    line(text, "degraded", if alignment.degraded { "yes" } else { "no" });
-    if let Some(reason) = &alignment.reason {
+    line(text, "degraded", if alignment.degraded.is_some() { "yes" } else { "no" });
+    if let Some(reason) = &alignment.degraded {
         line(text, "alignment_reason", reason);
     }
     for warning in &inspection.warnings {

@@ -134,13 +134,7 @@ pub fn bracket() -> InspectionResult {
                 poses_tried: 48,
                 to_camera_scan: None,
             },
-            alignment: FeatureAlignment {
-                method: "features",
-                cad_from_scan: pose(),
-                degraded: false,
-                reason: None,
-                features,
-            },
+            alignment: FeatureAlignment { method: "features", cad_from_scan: pose(), degraded: None, features },
             points: ROWS.iter().map(point).collect(),
             map: DeviationMap {
                 statistics: MapStatistics {
@@ -185,8 +179,7 @@ pub fn degraded() -> InspectionResult {
     let inspection = inspection_mut(&mut result);
     inspection.verdict = Verdict::NotMeasured;
     inspection.alignment.method = "best_fit";
-    inspection.alignment.degraded = true;
-    inspection.alignment.reason = Some("datum S1 not measured: 9 points on the rim, 40 are needed".into());
+    inspection.alignment.degraded = Some("datum S1 not measured: 9 points on the rim, 40 are needed".into());
     inspection.alignment.features.remove(1);
     inspection.warnings.push("the belt is in view in less than a tenth of the picture".into());
     for p in &mut inspection.points {

@@ -215,8 +215,8 @@ fn alignment_json(alignment: &FeatureAlignment) -> AlignmentJson<'_> {
     AlignmentJson {
         method: alignment.method,
         cad_from_scan: alignment.cad_from_scan.row_major(),
-        degraded: alignment.degraded,
-        reason: alignment.reason.as_deref(),
+        degraded: alignment.degraded.is_some(),
+        reason: alignment.degraded.as_deref(),
         features: alignment.features.iter().map(feature_json).collect(),
     }
 }

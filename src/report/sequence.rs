@@ -32,7 +32,7 @@ pub fn row(name: &str, result: &InspectionResult) -> String {
             let counts = Counts::of(&inspection.points);
             let worst = worst_first(&inspection.points).first().map(|&i| &inspection.points[i]);
             let deviation = worst.and_then(|p| p.measurement.as_ref()).map(|m| m.deviation_mm);
-            let reason = inspection.alignment.reason.as_deref().or(worst.and_then(|p| p.reason.as_deref()));
+            let reason = inspection.alignment.degraded.as_deref().or(worst.and_then(|p| p.reason.as_deref()));
             fields.extend([
                 "measured".to_owned(),
                 inspection.verdict.part_key().to_owned(),

@@ -98,7 +98,7 @@ fn errors_at(rig: &RigModel, count: u64, seed: u64) -> Errors {
         match &inspected.result.outcome {
             Outcome::Measured(inspection) => {
                 assert_eq!(inspection.best_fit.side, Some(side), "seed {seed}");
-                assert!(!inspection.alignment.degraded, "seed {seed}: {:?}", inspection.alignment.reason);
+                assert_eq!(inspection.alignment.degraded, None, "seed {seed}");
                 errors.add(inspection, &simulated.truth);
             }
             Outcome::Refused(refusal) => panic!("seed {seed} refused: {refusal}"),

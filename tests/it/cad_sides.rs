@@ -138,7 +138,7 @@ fn every_way_of_drawing_the_sheet_gives_the_truth_from_either_side() {
             let case = format!("{}, seen from the {}", drawing.name, side.key());
             let inspection = inspected(drawing, scan.cloud.clone(), &rig, &case);
             assert_eq!(inspection.best_fit.side, Some(side), "{case}");
-            assert!(!inspection.alignment.degraded, "{case}: {:?}", inspection.alignment.reason);
+            assert_eq!(inspection.alignment.degraded, None, "{case}");
             for (kind, p95_mm, p95_in_rms) in [("surface", 0.085, 1.96), ("edge", 0.25, 1.96), ("hole", 0.14, 1.73)] {
                 let errors = errors(&inspection, &scan.truth, kind, &case);
                 let (rms, limit) = rms_and_limit(&errors, p95_mm, p95_in_rms);
@@ -200,7 +200,7 @@ fn the_opposite_wall_is_never_taken_for_the_sheet() {
                 let case = format!("gap {gap_mm} mm, {}, seen from the {}", drawing.name, side.key());
                 let inspection = inspected(&drawing, scan.cloud.clone(), &rig, &case);
                 assert_eq!(inspection.best_fit.side, Some(side), "{case}");
-                assert!(!inspection.alignment.degraded, "{case}: {:?}", inspection.alignment.reason);
+                assert_eq!(inspection.alignment.degraded, None, "{case}");
                 opposite_walls(&inspection, &scan.truth, side, &case);
                 // The leaf's points are compared with the leaf's outer face; a thickness off they would be a tenth of all points.
                 let within = inspection.map.statistics.within_range_ratio;

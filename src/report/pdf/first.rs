@@ -78,8 +78,7 @@ fn measured(
 
 /// Why the plan's alignment was not possible and what to do, in a box; returns how much room it took, mm.
 fn no_alignment(page: &mut Page<'_>, inspection: &Inspection, top: f64) -> f64 {
-    let alignment = &inspection.alignment;
-    let (true, Some(reason)) = (alignment.degraded, &alignment.reason) else { return 0.0 };
+    let Some(reason) = &inspection.alignment.degraded else { return 0.0 };
     let (bold, plain) = (set(Font::SemiBold, 8.8), set(Font::Regular, 8.8));
     let of = Sign::Verdict(Verdict::NotMeasured);
     let x = LEFT + 10.4;
@@ -230,7 +229,7 @@ fn map_title(inspection: &Inspection) -> String {
     let alignment = &inspection.alignment;
     let points = thousands(inspection.map.statistics.points);
     let names: Vec<&str> = alignment.features.iter().map(|f| f.name.as_str()).collect();
-    let how = match (alignment.degraded, names.as_slice()) {
+    let how = match (alignment.degraded.is_some(), names.as_slice()) {
         (true, _) => "in the best fit only".to_owned(),
         (false, []) => "in the best fit".to_owned(),
         (false, [one]) => format!("after alignment on {one}"),

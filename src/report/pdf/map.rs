@@ -42,7 +42,7 @@ pub fn paper(ascii: &str) -> String {
 
 /// The worst points, which get a label; none when nothing was judged.
 fn labelled(inspection: &Inspection) -> Vec<&PointResult> {
-    if inspection.alignment.degraded {
+    if inspection.alignment.degraded.is_some() {
         return Vec::new();
     }
     worst_first(&inspection.points).into_iter().take(LABELS).map(|i| &inspection.points[i]).collect()

@@ -18,7 +18,7 @@ const TITLE: &str = "Points without a verdict";
 pub fn put(flow: &mut Flow<'_>, inspection: &Inspection, told: &[usize]) {
     reasons(flow, inspection, told);
     // The first page says why the alignment was not possible.
-    let known = inspection.alignment.reason.as_deref().unwrap_or_default();
+    let known = inspection.alignment.degraded.as_deref().unwrap_or_default();
     for warning in inspection.warnings.iter().filter(|w| known.is_empty() || !w.contains(known)) {
         boxed(flow, "Warning.", warning);
     }

@@ -60,7 +60,7 @@ impl Worst {
         if points.is_empty() {
             return Worst::Nothing;
         }
-        if inspection.alignment.degraded && points.iter().all(|p| p.verdict == Verdict::NotMeasured) {
+        if inspection.alignment.degraded.is_some() && points.iter().all(|p| p.verdict == Verdict::NotMeasured) {
             return Worst::Names(names(fonts, points));
         }
         let order: Vec<usize> = worst_first(points).into_iter().take(MOST).collect();
