@@ -3,6 +3,7 @@
 pub mod best_fit;
 mod candidates;
 pub mod datum;
+mod datum_values;
 mod evidence;
 mod height_map;
 mod icp;
@@ -16,5 +17,6 @@ mod template;
 mod view;
 
 pub use best_fit::best_fit;
-pub use plan_alignment::{AlignmentInput, PoseUncertainty, align_on_plan};
+pub use datum_values::{DatumErrors, Datums, expected_pose_uncertainty};
+pub use plan_alignment::{AlignmentInput, align_on_plan};
 pub use pose::*;

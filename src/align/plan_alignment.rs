@@ -1,35 +1,16 @@
 //! The plan's alignment: datum features measured in the best fit, solved, measured again in the better pose until
 //! nothing moves.
 
-use super::datum::{DatumError, HoleLinePoint, LockRow, MeasuredPlane, solve_hole_line_point, solve_locks};
-use super::pose::{BestFit, FeatureAlignment, MeasuredFeature};
+use super::datum::DatumError;
+use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_uncertainty, solve};
+use super::pose::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
 use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use crate::measure::slot::NominalSlot;
 use crate::measure::{self, EdgeFound, HoleFound, Local, NotFound, SlotFound, SurfaceFound};
 use crate::part::Part;
-use crate::plan::{AlignmentMethod, Feature, Geometry, Plan, RpsLock, SlotReading};
+use crate::plan::{AlignmentMethod, Feature, Geometry, Plan};
 use crate::run::{Cancelled, RunContext};
 use crate::scan::{ConditionedScan, PointGrid};
-
-/// How well the pose is known: for every datum value the motion of the part when that value is off by its own
-/// standard uncertainty. Independent of each other; their squares add.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PoseUncertainty {
-    motions: Vec<Isometry3>,
-    pivot: Point3,
-}
-
-impl PoseUncertainty {
-    /// The point that the alignment holds, CAD frame: errors of scale grow with the distance from it.
-    pub fn pivot(&self) -> Point3 {
-        self.pivot
-    }
-
-    /// Standard uncertainty in mm, along a direction, of where a point of the part lies.
-    pub fn at(&self, point_cad: &Point3, direction: &Vector3) -> f64 {
-        self.motions.iter().map(|m| (m * point_cad - point_cad).dot(direction).powi(2)).sum::<f64>().sqrt()
-    }
-}
 
 /// What the alignment needs to look at.
 #[derive(Clone, Copy)]
@@ -65,14 +46,14 @@ pub fn align_on_plan(
             degraded: None,
             features: Vec::new(),
         };
-        return Ok((alignment, nothing_known(input)));
+        return Ok((alignment, PoseUncertainty::none(pivot(input))));
     }
     let mut pose = best_fit.cad_from_scan;
     let mut last_shift = f64::INFINITY;
     for _ in 0..MOST_ROUNDS {
         run.check()?;
         let round = match measure_datums(input, best_fit, pose).and_then(|found| {
-            let motion = solve(input, &found, None).map_err(|e| (e.to_string(), found.clone()))?;
+            let motion = solved(input, &found).map_err(|e| (e.to_string(), found.clone()))?;
             Ok((found, motion))
         }) {
             Ok(round) => round,
@@ -84,11 +65,11 @@ pub fn align_on_plan(
         // Windows of whole points toggle single points in and out; once the motion no longer shrinks it is that
         // toggling, far below the noise, and going on would only wander.
         if shift < SETTLED_MM || (shift < 0.01 && shift > 0.5 * last_shift) {
-            let mut uncertainty = match pose_uncertainty(input, &found) {
+            let mut uncertainty = match uncertainty_of(input, &found) {
                 Ok(uncertainty) => uncertainty,
                 Err(error) => return Ok(degraded(input, best_fit, error.to_string(), &found)),
             };
-            uncertainty.motions.push(motion);
+            uncertainty.add(motion);
             let features = match measure_datums(input, best_fit, pose) {
                 Ok(found) => report(input, &found),
                 Err((reason, found)) => return Ok(degraded(input, best_fit, reason, &found)),
@@ -138,8 +119,19 @@ impl Found {
         }
     }
 
+    /// What the alignment uses of it.
+    fn value(&self) -> DatumValue {
+        let (direction, normal) = match self {
+            Found::Slot(_, slot) => (Some(UnitVector3::new_normalize(slot.direction)), None),
+            Found::Surface(_, surface) => (None, Some(UnitVector3::new_normalize(surface.normal))),
+            Found::Hole(..) | Found::Edge(..) => (None, None),
+        };
+        let errors = DatumErrors { shifts: self.shifts(), turns: self.turns() };
+        DatumValue { index: self.index(), position: self.position(), direction, normal, errors }
+    }
+
     /// Independent shifts of the position, each by one standard uncertainty: the axes of its covariance.
-    fn nudges(&self) -> Vec<Vector3> {
+    fn shifts(&self) -> Vec<Vector3> {
         let covariance = match self {
             Found::Hole(_, hole) => hole.centre_covariance,
             Found::Slot(_, slot) => slot.centre_covariance,
@@ -150,29 +142,15 @@ impl Found {
         (0..3).map(|k| axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt()).collect()
     }
 
-    /// Independent turns of a slot's long axis, rad, each by one standard uncertainty.
+    /// Independent turns of a slot's long axis, rad, each by one standard uncertainty: in the sheet and out of it. Turning
+    /// the sheet about the long axis leaves that where it is.
     fn turns(&self) -> Vec<Vector3> {
         match self {
-            Found::Slot(_, slot) => vec![slot.axis * slot.u_direction_rad],
+            Found::Slot(_, slot) => {
+                vec![slot.axis * slot.u_direction_rad, slot.axis.cross(&slot.direction) * slot.u_tilt_rad]
+            }
             _ => Vec::new(),
         }
-    }
-}
-
-/// The features that the plan's alignment uses, each once, in the order of their first mention.
-fn datum_indices(method: &AlignmentMethod) -> Vec<usize> {
-    match method {
-        AlignmentMethod::Features { hole, slot, point, .. } => vec![*hole, *slot, *point],
-        AlignmentMethod::Rps(locks) => {
-            let mut seen = Vec::new();
-            for lock in locks {
-                if !seen.contains(&lock.feature) {
-                    seen.push(lock.feature);
-                }
-            }
-            seen
-        }
-        AlignmentMethod::BestFit => Vec::new(),
     }
 }
 
@@ -227,102 +205,30 @@ fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, 
     }
 }
 
-/// Which datum value is moved by how much, to see what it does to the pose.
-#[derive(Clone, Copy)]
-struct Nudge {
-    datum: usize,
-    by: Vector3,
+/// The motion that the datums ask for.
+fn solved(input: &AlignmentInput, found: &[Found]) -> Result<Isometry3, DatumError> {
+    solve(datums(input), &values(found))
 }
 
-fn solve(input: &AlignmentInput, found: &[Found], nudge: Option<Nudge>) -> Result<Isometry3, DatumError> {
-    let position = |k: usize| match nudge {
-        Some(n) if n.datum == k => found[k].position() + n.by,
-        _ => found[k].position(),
-    };
-    let features = &input.plan.features;
+fn uncertainty_of(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
+    pose_uncertainty(datums(input), &values(found), pivot(input))
+}
+
+fn datums<'a>(input: &AlignmentInput<'a>) -> Datums<'a> {
+    let AlignmentInput { plan, part, .. } = *input;
+    Datums { method: &plan.alignment, features: &plan.features, length_mm: part.diagonal_mm() }
+}
+
+fn values(found: &[Found]) -> Vec<DatumValue> {
+    found.iter().map(Found::value).collect()
+}
+
+/// The point that the alignment holds: the hole of the features, else the middle of the part.
+fn pivot(input: &AlignmentInput) -> Point3 {
     match &input.plan.alignment {
-        AlignmentMethod::Features { hole, slot, slot_reading, point } => {
-            let (hole_nominal, slot_nominal) =
-                (features[*hole].geometry.position(), features[*slot].geometry.position());
-            let (line_measured, line_nominal) = match slot_reading {
-                SlotReading::CentreLine => (
-                    UnitVector3::new_normalize(position(1) - position(0)),
-                    UnitVector3::new_normalize(slot_nominal - hole_nominal),
-                ),
-                SlotReading::Axis => slot_axes(&features[*slot], &found[1], nudge.filter(|n| n.datum == 1)),
-            };
-            let normal = match &found[2] {
-                Found::Surface(_, surface) => UnitVector3::new_normalize(surface.normal),
-                _ => UnitVector3::new_normalize(features[*point].geometry.sheet_normal()),
-            };
-            solve_hole_line_point(&HoleLinePoint {
-                hole_measured: position(0),
-                hole_nominal,
-                line_measured,
-                line_nominal,
-                surface_measured: MeasuredPlane { point: position(2), normal },
-                surface_nominal: features[*point].geometry.position(),
-            })
-        }
-        AlignmentMethod::Rps(locks) => {
-            let place = |lock: &RpsLock| found.iter().position(|f| f.index() == lock.feature).unwrap_or(0);
-            let rows: Vec<LockRow> = locks
-                .iter()
-                .map(|lock| LockRow {
-                    measured: position(place(lock)),
-                    nominal: features[lock.feature].geometry.position(),
-                    lock: lock.lock,
-                })
-                .collect();
-            solve_locks(&rows, input.part.diagonal_mm())
-        }
-        AlignmentMethod::BestFit => Ok(Isometry3::identity()),
-    }
-}
-
-/// The slot's long axis, measured in the sense of the plan, and nominal. A nudge turns it: its length is read as
-/// rad about the nudge's direction.
-fn slot_axes(feature: &Feature, found: &Found, nudge: Option<Nudge>) -> (UnitVector3, UnitVector3) {
-    let nominal = match &feature.geometry {
-        Geometry::Slot { direction, .. } => *direction,
-        other => UnitVector3::new_normalize(other.sheet_normal()),
-    };
-    let measured = match found {
-        Found::Slot(_, slot) => {
-            let sense = if slot.direction.dot(&nominal) < 0.0 { -1.0 } else { 1.0 };
-            UnitVector3::new_normalize(slot.direction * sense)
-        }
-        _ => nominal,
-    };
-    match nudge {
-        Some(n) => (nalgebra::UnitQuaternion::from_scaled_axis(n.by) * measured, nominal),
-        None => (measured, nominal),
-    }
-}
-
-/// Moves every datum value by its standard uncertainty and keeps what that does to the part.
-fn pose_uncertainty(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
-    let base = solve(input, found, None)?;
-    let axis_reading =
-        matches!(input.plan.alignment, AlignmentMethod::Features { slot_reading: SlotReading::Axis, .. });
-    let mut known = nothing_known(input);
-    for (datum, one) in found.iter().enumerate() {
-        let slot_axis = axis_reading && matches!(one, Found::Slot(..));
-        for by in if slot_axis { one.turns() } else { one.nudges() } {
-            let nudged = solve(input, found, Some(Nudge { datum, by }))?;
-            known.motions.push(nudged * base.inverse());
-        }
-    }
-    Ok(known)
-}
-
-/// No motion yet, and the point that the alignment holds: the hole of the features, else the middle of the part.
-fn nothing_known(input: &AlignmentInput) -> PoseUncertainty {
-    let pivot = match &input.plan.alignment {
         AlignmentMethod::Features { hole, .. } => input.plan.features[*hole].geometry.position(),
         AlignmentMethod::Rps(_) | AlignmentMethod::BestFit => input.part.bounds.centre(),
-    };
-    PoseUncertainty { motions: Vec::new(), pivot }
+    }
 }
 
 fn largest_corner_shift(part: &Part, motion: &Isometry3) -> f64 {
@@ -351,7 +257,7 @@ fn degraded(
         degraded: Some(reason),
         features: report(input, found),
     };
-    (alignment, nothing_known(input))
+    (alignment, PoseUncertainty::none(pivot(input)))
 }
 
 fn report(input: &AlignmentInput, found: &[Found]) -> Vec<MeasuredFeature> {

@@ -1,6 +1,6 @@
 //! What an alignment tells.
 
-use crate::geometry::{CadFromScan, Point3, UnitVector3, Vector3};
+use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use crate::plan::Side;
 
 /// The robust best fit.
@@ -67,4 +67,34 @@ pub struct FeatureAlignment {
     pub degraded: Option<String>,
     /// Datum features that were measured.
     pub features: Vec<MeasuredFeature>,
+}
+
+/// How well the pose is known: motions of the part, each as likely as one standard uncertainty. Independent of each other;
+/// their squares add.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseUncertainty {
+    motions: Vec<Isometry3>,
+    pivot: Point3,
+}
+
+impl PoseUncertainty {
+    /// No motion yet. `pivot`: the point that the alignment holds, CAD frame.
+    pub(super) fn none(pivot: Point3) -> Self {
+        Self { motions: Vec::new(), pivot }
+    }
+
+    /// Adds what one independent error does to the part, CAD frame.
+    pub(super) fn add(&mut self, motion: Isometry3) {
+        self.motions.push(motion);
+    }
+
+    /// The point that the alignment holds, CAD frame: errors of scale grow with the distance from it.
+    pub fn pivot(&self) -> Point3 {
+        self.pivot
+    }
+
+    /// Standard uncertainty in mm, along a direction, of where a point of the part lies.
+    pub fn at(&self, point_cad: &Point3, direction: &Vector3) -> f64 {
+        self.motions.iter().map(|m| (m * point_cad - point_cad).dot(direction).powi(2)).sum::<f64>().sqrt()
+    }
 }

@@ -1,6 +1,7 @@
 //! A slot with round ends.
 
 use super::hole::{centre_covariance, larger_axis};
+use super::layer::Layer;
 use super::opening::{Opening, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::Slot;
@@ -28,6 +29,8 @@ pub struct SlotFound {
     pub u_centre_mm: f64,
     /// k = 1 of the long axis's direction, rad, from the points alone.
     pub u_direction_rad: f64,
+    /// k = 1 of how far the long axis leans out of the sheet, rad, from the points alone.
+    pub u_tilt_rad: f64,
     /// k = 1, from the points alone.
     pub u_length_mm: f64,
     /// k = 1, from the points alone.
@@ -118,10 +121,20 @@ pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<Slot
         centre_covariance: centre_covariance(&frame, &found),
         u_centre_mm: larger_axis([c[(0, 0)], c[(0, 1)], c[(1, 1)]]),
         u_direction_rad: c[(2, 2)].max(0.0).sqrt(),
+        u_tilt_rad: u_slope(&found.layer, [cos, sin]),
         u_length_mm: 2.0 * u_half_length.hypot(sharpness),
         u_width_mm: 2.0 * c[(4, 4)].max(0.0).sqrt().hypot(sharpness),
         rms_mm: found.layer.rms_mm,
         points_used: fit.points,
         warning: found.warning,
     })
+}
+
+/// Standard uncertainty of the slope of the surrounding sheet along a unit direction of its plane, rad. What neighbouring
+/// points' errors have in common makes it larger by the same factor as that of the height: the windows are many times as wide
+/// as errors reach.
+fn u_slope(layer: &Layer, [cos, sin]: [f64; 2]) -> f64 {
+    let inflation = (layer.u_height_mm.powi(2) / layer.covariance[(0, 0)]).max(1.0);
+    let along = Vector3::new(0.0, cos, sin);
+    ((layer.covariance * along).dot(&along).max(0.0) * inflation).sqrt()
 }

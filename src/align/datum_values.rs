@@ -1,0 +1,241 @@
+//! What the datum features tell, how well they tell it, and the motion that follows from both.
+
+use super::datum::{DatumError, HoleLinePoint, LockRow, MeasuredPlane, solve_hole_line_point, solve_locks};
+use super::pose::PoseUncertainty;
+use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use crate::plan::{AlignmentMethod, Feature, Geometry, RpsLock, SlotReading};
+use nalgebra::UnitQuaternion;
+
+/// What a plan holds a part by.
+#[derive(Debug, Clone, Copy)]
+pub struct Datums<'a> {
+    /// How.
+    pub method: &'a AlignmentMethod,
+    /// The plan's features, to which the method refers.
+    pub features: &'a [Feature],
+    /// The part's size, mm.
+    pub length_mm: f64,
+}
+
+/// How far a datum feature may be off, k = 1. CAD frame.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct DatumErrors {
+    /// Independent shifts of its position, mm.
+    pub shifts: Vec<Vector3>,
+    /// Independent turns of a slot's long axis, rad, as rotation vectors.
+    pub turns: Vec<Vector3>,
+}
+
+/// One datum feature as the alignment sees it. CAD frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DatumValue {
+    /// Index into the plan's features.
+    pub index: usize,
+    /// Where it was found.
+    pub position: Point3,
+    /// Slot: its long axis, in either sense.
+    pub direction: Option<UnitVector3>,
+    /// Surface: the normal of what was measured. It steers the search only: where that has ended the surface passes through
+    /// the nominal place, and an error of the normal moves nothing.
+    pub normal: Option<UnitVector3>,
+    /// How far it may be off.
+    pub errors: DatumErrors,
+}
+
+impl DatumValue {
+    /// A feature exactly where the plan has it.
+    fn nominal(index: usize, feature: &Feature, errors: DatumErrors) -> Self {
+        let (direction, normal) = match &feature.geometry {
+            Geometry::Slot { direction, .. } => (Some(*direction), None),
+            Geometry::Surface { direction, .. } => (None, Some(*direction)),
+            _ => (None, None),
+        };
+        Self { index, position: feature.geometry.position(), direction, normal, errors }
+    }
+}
+
+/// The features that the plan's alignment uses, each once, in the order of their first mention: for `features` the hole,
+/// the slot and the surface point.
+pub(super) fn datum_indices(method: &AlignmentMethod) -> Vec<usize> {
+    match method {
+        AlignmentMethod::Features { hole, slot, point, .. } => vec![*hole, *slot, *point],
+        AlignmentMethod::Rps(locks) => {
+            let mut seen = Vec::new();
+            for lock in locks {
+                if !seen.contains(&lock.feature) {
+                    seen.push(lock.feature);
+                }
+            }
+            seen
+        }
+        AlignmentMethod::BestFit => Vec::new(),
+    }
+}
+
+/// One error of one datum, to see what it does to the pose.
+#[derive(Clone, Copy)]
+enum Nudge {
+    Shift { datum: usize, by: Vector3 },
+    Turn { datum: usize, by: Vector3 },
+}
+
+/// The motion that brings the datums, in the order of `datum_indices`, to their nominal places.
+pub(super) fn solve(datums: Datums, values: &[DatumValue]) -> Result<Isometry3, DatumError> {
+    solve_nudged(datums, values, None)
+}
+
+fn solve_nudged(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Result<Isometry3, DatumError> {
+    let position = |k: usize| match nudge {
+        Some(Nudge::Shift { datum, by }) if datum == k => values[k].position + by,
+        _ => values[k].position,
+    };
+    let features = datums.features;
+    match datums.method {
+        AlignmentMethod::Features { hole, slot, slot_reading, point } => {
+            let (hole_nominal, slot_nominal) =
+                (features[*hole].geometry.position(), features[*slot].geometry.position());
+            let (line_measured, line_nominal) = match slot_reading {
+                SlotReading::CentreLine => (
+                    UnitVector3::new_normalize(position(1) - position(0)),
+                    UnitVector3::new_normalize(slot_nominal - hole_nominal),
+                ),
+                SlotReading::Axis => slot_axes(&features[*slot], &values[1], nudge),
+            };
+            let otherwise = || UnitVector3::new_normalize(features[*point].geometry.sheet_normal());
+            solve_hole_line_point(&HoleLinePoint {
+                hole_measured: position(0),
+                hole_nominal,
+                line_measured,
+                line_nominal,
+                surface_measured: MeasuredPlane {
+                    point: position(2),
+                    normal: values[2].normal.unwrap_or_else(otherwise),
+                },
+                surface_nominal: features[*point].geometry.position(),
+            })
+        }
+        AlignmentMethod::Rps(locks) => {
+            let place = |lock: &RpsLock| values.iter().position(|v| v.index == lock.feature).unwrap_or(0);
+            let rows: Vec<LockRow> = locks
+                .iter()
+                .map(|lock| LockRow {
+                    measured: position(place(lock)),
+                    nominal: features[lock.feature].geometry.position(),
+                    lock: lock.lock,
+                })
+                .collect();
+            solve_locks(&rows, datums.length_mm)
+        }
+        AlignmentMethod::BestFit => Ok(Isometry3::identity()),
+    }
+}
+
+/// The slot's long axis, measured in the sense of the plan, and nominal.
+fn slot_axes(feature: &Feature, value: &DatumValue, nudge: Option<Nudge>) -> (UnitVector3, UnitVector3) {
+    let nominal = match &feature.geometry {
+        Geometry::Slot { direction, .. } => *direction,
+        other => UnitVector3::new_normalize(other.sheet_normal()),
+    };
+    let measured = value.direction.map_or(nominal, |found| if found.dot(&nominal) < 0.0 { -found } else { found });
+    match nudge {
+        Some(Nudge::Turn { datum: 1, by }) => (UnitQuaternion::from_scaled_axis(by) * measured, nominal),
+        _ => (measured, nominal),
+    }
+}
+
+/// Moves every datum value by its standard uncertainty and keeps what that does to the part.
+pub(super) fn pose_uncertainty(
+    datums: Datums,
+    values: &[DatumValue],
+    pivot: Point3,
+) -> Result<PoseUncertainty, DatumError> {
+    let back = solve(datums, values)?.inverse();
+    // By its axis a slot holds directions only; by its centre it turns nothing else.
+    let by_axis = matches!(datums.method, AlignmentMethod::Features { slot_reading: SlotReading::Axis, .. });
+    let mut known = PoseUncertainty::none(pivot);
+    for (datum, value) in values.iter().enumerate() {
+        let slot_axis = by_axis && value.direction.is_some();
+        let shifts = value.errors.shifts.iter().filter(|_| !slot_axis).map(|by| Nudge::Shift { datum, by: *by });
+        let turns = value.errors.turns.iter().filter(|_| slot_axis).map(|by| Nudge::Turn { datum, by: *by });
+        for nudge in shifts.chain(turns) {
+            known.add(solve_nudged(datums, values, Some(nudge))? * back);
+        }
+    }
+    Ok(known)
+}
+
+/// The uncertainty of the pose to expect before anything is measured: every datum at its nominal place, off by the errors that
+/// `expected` tells for it.
+///
+/// # Errors
+/// The datums do not hold the part.
+pub fn expected_pose_uncertainty(
+    datums: Datums,
+    expected: impl Fn(&Geometry) -> DatumErrors,
+) -> Result<PoseUncertainty, DatumError> {
+    let value = |index: usize| {
+        let feature = &datums.features[index];
+        DatumValue::nominal(index, feature, expected(&feature.geometry))
+    };
+    let values: Vec<DatumValue> = datum_indices(datums.method).into_iter().map(value).collect();
+    let pivot = values.first().map_or_else(Point3::origin, |v| v.position);
+    pose_uncertainty(datums, &values, pivot)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+    use crate::simulate::{BracketParameters, bracket};
+
+    fn plan(reading: SlotReading) -> Plan {
+        let mut plan = bracket(&BracketParameters { spacing_mm: 8.0, ..BracketParameters::default() }).plan();
+        let AlignmentMethod::Features { slot_reading, .. } = &mut plan.alignment else {
+            panic!("the bracket has datums")
+        };
+        *slot_reading = reading;
+        plan
+    }
+
+    fn datums(plan: &Plan) -> Datums<'_> {
+        Datums { method: &plan.alignment, features: &plan.features, length_mm: 300.0 }
+    }
+
+    fn nominal(plan: &Plan) -> Vec<DatumValue> {
+        let value = |k: usize| DatumValue::nominal(k, &plan.features[k], DatumErrors::default());
+        datum_indices(&plan.alignment).into_iter().map(value).collect()
+    }
+
+    /// The surface passes through the nominal place once the search has ended; whichever way it leans there, the part stays.
+    #[test]
+    fn the_surface_points_normal_has_no_share_in_the_pose() {
+        let plan = plan(SlotReading::CentreLine);
+        let mut values = nominal(&plan);
+        let lean = UnitQuaternion::from_scaled_axis(Vector3::new(0.02, -0.03, 0.01));
+        values[2].normal = values[2].normal.map(|n| lean * n);
+        let motion = solve(datums(&plan), &values).unwrap();
+        assert!(motion.rotation.angle() < 1e-12 && motion.translation.vector.norm() < 1e-10, "{motion}");
+    }
+
+    /// A slot's axis that leans out of the sheet by 1 mrad lifts the part's far end by its distance along the axis.
+    #[test]
+    fn a_leaning_axis_lifts_the_far_end() {
+        let plan = plan(SlotReading::Axis);
+        let errors = |geometry: &Geometry| match geometry {
+            Geometry::Slot { axis, direction, .. } => {
+                DatumErrors { shifts: vec![Vector3::new(0.3, 0.3, 0.3)], turns: vec![axis.cross(direction) * 1e-3] }
+            }
+            _ => DatumErrors::default(),
+        };
+        let pose = expected_pose_uncertainty(datums(&plan), errors).unwrap();
+        let [Geometry::Hole { centre, .. }, Geometry::Slot { axis, direction, .. }, ..] =
+            [0, 1].map(|k| &plan.features[k].geometry)
+        else {
+            panic!("H1 and S1 come first");
+        };
+        let far = centre + direction.into_inner() * 150.0;
+        // Turning about the axis, which keeps the surface point in its place, does not move a point on it; second order is 1e-4.
+        assert!((pose.at(&far, axis) - 0.150).abs() < 1e-3, "{}", pose.at(&far, axis));
+        assert!(pose.at(centre, axis) < 1e-9);
+    }
+}
