@@ -2,10 +2,8 @@
 
 use super::{Exit, terminal};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::inspect::plan_check::check_against_part;
-use crate::plan;
 use crate::run::RunContext;
-use crate::worker::prepare_part;
+use crate::worker::check_plan;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -17,19 +15,11 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn run(arguments: &CheckArguments) -> Result<Exit, Diagnostic> {
-    let mut loaded = plan::load(&arguments.plan);
-    if let Some(plan) = &loaded.plan {
-        match prepare_part(plan, &RunContext::silent()) {
-            Ok((part, _)) => {
-                loaded.problems.extend(part.warnings.iter().map(|w| Diagnostic::warning(w).in_file(&plan.cad.path)));
-                loaded.problems.extend(check_against_part(plan, &part));
-            }
-            Err(error) => loaded.problems.push(super::diagnostic_of(error)),
-        }
-    }
-    let errors = loaded.problems.iter().filter(|p| p.severity == Severity::Error).count();
-    let warnings = loaded.problems.len() - errors;
-    for problem in &loaded.problems {
+    let problems = check_plan(&arguments.plan, &RunContext::silent())
+        .map_err(|cancelled| Diagnostic::error(cancelled.to_string()))?;
+    let errors = problems.iter().filter(|p| p.severity == Severity::Error).count();
+    let warnings = problems.len() - errors;
+    for problem in &problems {
         terminal::error(problem);
     }
     Ok(match (errors, warnings) {

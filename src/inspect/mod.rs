@@ -1,6 +1,7 @@
 //! Comparison points, deviation map and verdicts: from an aligned scan to an `InspectionResult`.
 
 pub mod comparison;
+mod expected;
 pub mod map;
 pub mod pipeline;
 pub mod plan_check;
@@ -8,6 +9,7 @@ pub mod result;
 mod rims;
 pub mod verdict;
 
+pub use expected::{Outlook, axis_reading_warning};
 pub use pipeline::{Inspected, inspect, refused};
-pub use plan_check::check_against_part;
+pub use plan_check::{check_against_part, check_draft};
 pub use result::*;

@@ -7,7 +7,7 @@ use super::rims::{Rim, rims};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::part::{Face, Part};
-use crate::plan::{CadSide, Geometry, Plan, Side};
+use crate::plan::{CadSide, ComparisonPoint, Draft, Feature, Geometry, Plan, Side};
 use std::path::Path;
 
 /// A position this far from the CAD is told: rounding in a drawing stays below.
@@ -28,24 +28,32 @@ const STEP_MM: f64 = 2.0;
 /// Compares every feature and comparison point of a plan with the CAD. Warnings, and errors where a point is so far away that the
 /// plan cannot belong to this CAD; in the plan's order of files and lines.
 pub fn check_against_part(plan: &Plan, part: &Part) -> Vec<Diagnostic> {
+    check_points(&plan.path, &plan.features, &plan.comparison, part)
+}
+
+/// The same for what is sound of a plan.
+pub fn check_draft(draft: &Draft, part: &Part) -> Vec<Diagnostic> {
+    check_points(&draft.path, &draft.features, &draft.comparison, part)
+}
+
+fn check_points(path: &Path, features: &[Feature], comparison: &[ComparisonPoint], part: &Part) -> Vec<Diagnostic> {
     let nominal = Nominal::of(part);
     let mut found = Vec::new();
-    for feature in &plan.features {
+    for feature in features {
         let place = format!("[[feature]] \"{}\"", feature.name);
-        let mut notes =
-            Notes { file: &plan.path, line: feature.line, place, position_key: "position", found: &mut found };
+        let mut notes = Notes { file: path, line: feature.line, place, position_key: "position", found: &mut found };
         if matches!(feature.geometry, Geometry::Hole { .. } | Geometry::Slot { .. }) {
             notes.position_key = "centre";
         }
         nominal.check(&feature.geometry, &mut notes);
     }
-    for point in &plan.comparison {
+    for point in comparison {
         let place = format!("[[comparison]] \"{}\"", point.name);
         let mut notes =
             Notes { file: &point.file, line: point.line, place, position_key: "position", found: &mut found };
         nominal.check(&point.geometry, &mut notes);
     }
-    found.sort_by_key(|d| (d.file.as_deref() != Some(plan.path.as_path()), d.line));
+    found.sort_by_key(|d| (d.file.as_deref() != Some(path), d.line));
     found
 }
 

@@ -17,11 +17,14 @@
 //! 1.0 to 1.3), 0.049 h and 0.029 h for its centre (measured 0.047 h and 0.025 h), and 0.049 h for a hole of 8 mm (measured
 //! 0.042 h; the fit's own information matrix says 0.051 h).
 //!
-//! What is left out: height noise, shadows, lost points. The figures are standard deviations (k = 1) of a good scan.
+//! **Heights.** The sheet around an opening, or a disc of it around a surface point, tells height and slope by the same rule
+//! over an area: `var(height) = q / area`, `var(slope) = q / integral(x² dA)`, with `q` the variance of a height times the area
+//! that tells it.
+//!
+//! What is left out: shadows, lost points, the blur of rims. The figures are standard deviations (k = 1) of a good scan. What
+//! they do to the pose is computed where the alignment is (`inspect/expected.rs`).
 
-use super::model::{AlignmentMethod, ComparisonPoint, Geometry, Plan, Rig, SlotReading};
-use super::values::short;
-use crate::geometry::{Point3, UnitVector3, Vector3};
+use super::model::Rig;
 use std::f64::consts::PI;
 
 /// Point spacing in mm of the SIVPRO system (Bergström et al., "Automatic in-line inspection of shape based on
@@ -60,91 +63,84 @@ pub fn slot_centre_std_mm(length_mm: f64, width_mm: f64, spacing_mm: f64) -> (f6
     ((q / (PI * radius)).sqrt(), (q / (PI * radius + 2.0 * straight)).sqrt())
 }
 
-/// How well a plan's hole and slot will hold the part against turning about the hole, by either reading of the slot.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TurningError {
-    /// Name of the comparison point farthest from the hole, across the hole's axis.
-    pub point: String,
-    /// Its distance from the axis of the hole, mm.
-    pub lever_mm: f64,
-    /// Standard deviation there, mm, when the slot's axis is used.
-    pub axis_mm: f64,
-    /// Standard deviation there, mm, when the line between the centres is used.
-    pub centre_line_mm: f64,
+/// Standard deviation of the heights of single points, mm, that goes with `PAPER_SPACING_MM`.
+const PAPER_HEIGHT_NOISE_MM: f64 = 0.12;
+/// Share of their variance that neighbouring points have in common, and how far that reaches (`l` in exp(-d² / 2 l²)), in
+/// spacings: image patches that are matched overlap.
+const COMMON: (f64, f64) = (0.2, 3.0);
+
+impl Rig {
+    /// Standard deviation of the height of a point, mm: the accuracy of matching, seen under the cameras' angle.
+    fn height_noise_mm(&self) -> f64 {
+        self.image_accuracy_px * self.point_spacing_mm() * self.distance_mm / self.base_mm
+    }
 }
 
-/// The turning error at the worst comparison point; `None` unless the plan aligns on features and has such a point.
-pub fn turning_error(plan: &Plan) -> Option<TurningError> {
-    let AlignmentMethod::Features { hole, slot, .. } = plan.alignment else { return None };
-    let spacing = point_spacing_mm(plan.rig.as_ref());
-    turning_error_of(&plan.features.get(hole)?.geometry, &plan.features.get(slot)?.geometry, &plan.comparison, spacing)
+/// What to expect of an opening, standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpeningStd {
+    /// Of the centre along the long axis, mm.
+    pub along_mm: f64,
+    /// Of the centre across it, in the sheet, mm.
+    pub across_mm: f64,
+    /// Of the centre's height, mm.
+    pub height_mm: f64,
+    /// Of the long axis turning in the sheet, rad; infinite for a hole.
+    pub turn_rad: f64,
+    /// Of the long axis leaning out of the sheet, rad.
+    pub tilt_rad: f64,
 }
 
-fn turning_error_of(
-    hole: &Geometry,
-    slot: &Geometry,
-    comparison: &[ComparisonPoint],
-    spacing_mm: f64,
-) -> Option<TurningError> {
-    let Geometry::Hole { centre, axis, diameter_mm, .. } = hole else { return None };
-    let Geometry::Slot { centre: slot_centre, direction, length_mm, width_mm, .. } = slot else { return None };
-    let mut worst: Option<(&ComparisonPoint, f64)> = None;
-    for point in comparison {
-        let lever = lever_mm(&point.geometry.position(), centre, axis);
-        if worst.is_none_or(|(_, longest)| lever > longest) {
-            worst = Some((point, lever));
+/// How well points of the surface will tell its height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected {
+    /// Between neighbouring points, mm.
+    pub spacing_mm: f64,
+    /// Variance of a height told by a piece of surface, times the area of that piece, mm^4.
+    height_variance_mm4: f64,
+}
+
+impl Expected {
+    /// From the rig, else from the paper's figures.
+    pub fn of(rig: Option<&Rig>) -> Self {
+        let spacing_mm = point_spacing_mm(rig);
+        let noise_mm = rig.map_or(PAPER_HEIGHT_NOISE_MM, Rig::height_noise_mm);
+        let (share, reach) = COMMON;
+        // Own errors average out over the points of the piece, common ones over the areas in which they are common.
+        let area = (1.0 - share) + share * 2.0 * PI * reach * reach;
+        Self { spacing_mm, height_variance_mm4: noise_mm * noise_mm * area * spacing_mm * spacing_mm }
+    }
+
+    /// Of a slot; a hole is a slot as long as wide. Height and tilt come from a ring of sheet around it.
+    pub fn opening(&self, length_mm: f64, width_mm: f64) -> OpeningStd {
+        let (along_mm, across_mm) = slot_centre_std_mm(length_mm, width_mm, self.spacing_mm);
+        // The ring begins 0.3 mm outside of the rim and is eight spacings wide, 1.5 mm at least.
+        let outer = (8.0 * self.spacing_mm).max(1.5);
+        let ring = outer - 0.3;
+        let (straight, radius) = (length_mm - width_mm, 0.5 * (width_mm + outer + 0.3));
+        let area = ring * (2.0 * straight + 2.0 * PI * radius);
+        // Integral of x² along the ring's middle line: two straight pieces and two half circles.
+        let ends = radius * (0.5 * PI * straight * straight + 4.0 * straight * radius + PI * radius * radius);
+        let moment = ring * (straight.powi(3) / 6.0 + ends);
+        OpeningStd {
+            along_mm,
+            across_mm,
+            height_mm: (self.height_variance_mm4 / area).sqrt(),
+            turn_rad: slot_axis_std_rad(length_mm, width_mm, self.spacing_mm),
+            tilt_rad: (self.height_variance_mm4 / moment).sqrt(),
         }
     }
-    let (point, lever_mm) = worst?;
-    let line = slot_centre - centre;
-    let (hole_std, _) = slot_centre_std_mm(*diameter_mm, *diameter_mm, spacing_mm);
-    let (along, across) = slot_centre_std_mm(*length_mm, *width_mm, spacing_mm);
-    // The slot's centre turns the line by what it moves across the line: along the slot's axis by the sine between them.
-    let cosine = line.try_normalize(1e-9).map_or(0.0, |unit| unit.dot(direction));
-    let slot_var = along * along * (1.0 - cosine * cosine) + across * across * cosine * cosine;
-    let centre_line_rad = (hole_std * hole_std + slot_var).sqrt() / line.norm().max(1e-9);
-    Some(TurningError {
-        point: point.name.clone(),
-        lever_mm,
-        axis_mm: slot_axis_std_rad(*length_mm, *width_mm, spacing_mm) * lever_mm,
-        centre_line_mm: centre_line_rad * lever_mm,
-    })
-}
 
-/// Message and help for a plan that reads the slot's axis; `None` for the other readings.
-pub(super) fn axis_reading_warning(plan: &Plan) -> Option<(String, String)> {
-    let AlignmentMethod::Features { slot, slot_reading: SlotReading::Axis, .. } = plan.alignment else { return None };
-    let error = turning_error(plan)?;
-    let spacing = point_spacing_mm(plan.rig.as_ref());
-    let slot = plan.features.get(slot)?;
-    let Geometry::Slot { length_mm, width_mm, .. } = slot.geometry else { return None };
-    let mrad = 1e3 * slot_axis_std_rad(length_mm, width_mm, spacing);
-    let source = if plan.rig.is_some() { "from [rig]" } else { "without [rig]" };
-    let message = format!(
-        "[alignment] slot_reading: the axis of slot \"{}\" ({} x {} mm) is only known to about {mrad:.2} mrad at {spacing:.3} mm \
-         between points ({source}); expected error (standard deviation) about {} at point \"{}\", {:.0} mm from the hole; \
-         \"centre_line\" would be about {}",
-        slot.name,
-        short(length_mm),
-        short(width_mm),
-        mm(error.axis_mm),
-        error.point,
-        error.lever_mm,
-        mm(error.centre_line_mm),
-    );
-    Some((message, "write slot_reading = \"centre_line\", unless the drawing asks for the slot's axis".to_owned()))
-}
+    /// Of a surface point, mm: a disc of six spacings, 2 mm at least.
+    pub fn surface_mm(&self) -> f64 {
+        let radius = (6.0 * self.spacing_mm).max(2.0);
+        (self.height_variance_mm4 / (PI * radius * radius)).sqrt()
+    }
 
-/// A length with two telling digits.
-fn mm(length_mm: f64) -> String {
-    let digits = if length_mm >= 0.1 { 2 } else { 3 };
-    format!("{length_mm:.digits$} mm")
-}
-
-/// Distance of a point from the axis through the hole.
-fn lever_mm(point: &Point3, centre: &Point3, axis: &UnitVector3) -> f64 {
-    let from_hole: Vector3 = point - centre;
-    (from_hole - axis.into_inner() * axis.dot(&from_hole)).norm()
+    /// Of a trimmed edge, mm, over the 3 mm of it that are looked at.
+    pub fn edge_mm(&self) -> f64 {
+        (OUTLINE_VARIANCE * self.spacing_mm.powi(3) / 3.0).sqrt()
+    }
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! From the bytes of a plan to a `Plan` that can be run, or to everything that is wrong with it.
 
 use super::alignment::alignment;
-use super::model::{BackgroundSettings, ComparisonPoint, Plan, UncertaintySettings};
+use super::model::{BackgroundSettings, ComparisonPoint, Draft, Feature, Plan, ResultsPlace, UncertaintySettings};
 use super::problems::Problems;
 use super::reader::{NumberRule, Places, TableReader};
+use super::sections::CadRead;
 use super::shapes::{comparison_point, features, warn_of_shared_names};
 use super::syntax::{Readable, read_document, read_text};
 use super::values::location;
-use super::{comparison_file, expected, sections};
+use super::{comparison_file, sections};
 use crate::diagnostic::{Diagnostic, Severity};
 use sha2::{Digest, Sha256};
 use std::fs::File;
@@ -22,6 +23,8 @@ const LARGEST_PLAN: u64 = 1 << 20;
 pub struct Loaded {
     /// The plan, if and only if no problem is an error.
     pub plan: Option<Plan>,
+    /// What of it is sound, for checks that look further than the plan itself.
+    pub draft: Draft,
     /// Every problem, the plan's before its comparison file's, by line.
     pub problems: Vec<Diagnostic>,
 }
@@ -33,7 +36,7 @@ impl Loaded {
     }
 
     fn refused(problems: Vec<Diagnostic>) -> Self {
-        Self { plan: None, problems }
+        Self { plan: None, draft: Draft::default(), problems }
     }
 }
 
@@ -62,25 +65,25 @@ fn read(bytes: &[u8], path: &Path, look_for_files: bool) -> Loaded {
     let readable = read_text(bytes, &problems).and_then(|text| read_document(text, &problems));
     let Some(Readable { document, lines, lost }) = readable else { return Loaded::refused(problems.into_sorted()) };
     let root = TableReader::new(document.as_table(), "", 1, Places::Document(&lines, &lost), &problems);
-    let (plan, more) = read_root(root, bytes, path, look_for_files);
+    let (plan, draft, more) = read_root(root, bytes, path, look_for_files);
     let mut list = problems.into_sorted();
     list.extend(more);
     let usable = !list.iter().any(|p| p.severity == Severity::Error);
-    Loaded { plan: plan.filter(|_| usable), problems: list }
+    Loaded { plan: plan.filter(|_| usable), draft, problems: list }
 }
 
-/// Reads all tables; the second value are the problems of the comparison file.
+/// Reads all tables; the third value are the problems of the comparison file.
 fn read_root(
     root: TableReader<'_>,
     bytes: &[u8],
     path: &Path,
     look_for_files: bool,
-) -> (Option<Plan>, Vec<Diagnostic>) {
+) -> (Option<Plan>, Draft, Vec<Diagnostic>) {
     let folder = path.parent().unwrap_or(Path::new(""));
     let problems = root.problems();
     schema(&root);
     let part = root.required_section("part", "the part's name and sheet thickness").and_then(sections::part);
-    let cad = root.required_section("cad", "the CAD file").and_then(|table| sections::cad(table, folder));
+    let cad = root.required_section("cad", "the CAD file").map(|table| sections::cad(table, folder));
     let scans_given = root.optional("scans").is_some();
     let scans = match root.section("scans") {
         Some(table) => sections::scans(table, folder),
@@ -93,44 +96,61 @@ fn read_root(
     let (comparison, comparison_bytes, more) = comparison(&root, folder);
     let rig = root.section("rig").map_or(Some(None), |table| sections::rig(table).map(Some));
     let uncertainty = root.section("uncertainty").map_or(Some(UncertaintySettings::default()), sections::uncertainty);
-    let output = match root.section("output") {
+    let (output, results) = match root.section("output") {
         Some(table) => sections::output(table, folder),
-        None => Some(sections::output_left_out(folder)),
+        None => {
+            let output = sections::output_left_out(folder);
+            let results = ResultsPlace { path: output.path.clone(), line: 1 };
+            (Some(output), Some(results))
+        }
     };
     if look_for_files {
-        if let Some((cad, line)) = cad.as_ref().filter(|(cad, _)| !cad.path.is_file()) {
-            let message = format!("[cad] file: found no file {}, expected an STL, OBJ or PLY file", cad.path.display());
-            problems.error(*line, message, "paths start at the plan's own folder; check name and folder");
+        let missing = |cad: &&CadRead| cad.path().is_some_and(|path| !path.is_file());
+        if let Some((cad, path)) = cad.as_ref().filter(missing).and_then(|cad| Some((cad, cad.path()?))) {
+            let message = format!("[cad] file: found no file {}, expected an STL, OBJ or PLY file", path.display());
+            problems.error(cad.line, message, "paths start at the plan's own folder; check name and folder");
         }
         if let Some((scans, line)) = scans.as_ref().filter(|(scans, _)| scans_given && !scans.path.is_dir()) {
             let message = format!("[scans] folder: found no folder {}", scans.path.display());
             problems.warning(*line, message, "make the folder, or name the scans on the command line");
         }
     }
-    let axis_line = axis_reading_line(&root);
+    let alignment_line = alignment_line(&root);
     sections::finish(root);
+    let named = features.len();
+    let features: Vec<Feature> = features.into_iter().filter_map(|f| f.feature).collect();
+    let draft = Draft {
+        path: path.to_path_buf(),
+        part,
+        cad: cad.and_then(CadRead::settings),
+        scans: scans.map(|(scans, _)| scans),
+        // A missing feature would shift the places that the alignment refers to.
+        alignment: alignment.filter(|_| features.len() == named),
+        alignment_line,
+        features,
+        comparison,
+        rig: rig.flatten(),
+        output,
+        results,
+    };
     let plan = (|| {
         Some(Plan {
             path: path.to_path_buf(),
             sha256: sha256_hex(&[bytes, &comparison_bytes]),
-            part: part?,
-            cad: cad?.0,
-            scans: scans?.0,
+            part: draft.part.clone()?,
+            cad: draft.cad.clone()?,
+            scans: draft.scans.clone()?,
             background: background?,
-            alignment: alignment?,
-            features: features.into_iter().map(|f| f.feature).collect::<Option<Vec<_>>>()?,
-            comparison,
+            alignment: draft.alignment.clone()?,
+            alignment_line,
+            features: draft.features.clone(),
+            comparison: draft.comparison.clone(),
             rig: rig?,
             uncertainty: uncertainty?,
-            output: output?,
+            output: draft.output.clone()?,
         })
     })();
-    if let Some(plan) = &plan
-        && let Some((message, help)) = expected::axis_reading_warning(plan)
-    {
-        problems.warning(axis_line, message, help);
-    }
-    (plan, more)
+    (plan, draft, more)
 }
 
 fn schema(root: &TableReader<'_>) {
@@ -145,7 +165,8 @@ fn schema(root: &TableReader<'_>) {
     }
 }
 
-fn axis_reading_line(root: &TableReader<'_>) -> usize {
+/// Where the reading of the slot is told, else where the alignment begins.
+fn alignment_line(root: &TableReader<'_>) -> usize {
     root.section("alignment").map_or(1, |table| table.optional("slot_reading").map_or(table.line(), |entry| entry.line))
 }
 

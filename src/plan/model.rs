@@ -371,6 +371,42 @@ pub struct OutputSettings {
     pub map_range_mm: f64,
 }
 
+/// What of a plan is sound, whatever is wrong with the rest.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Draft {
+    /// The plan file.
+    pub path: PathBuf,
+    /// `[part]`.
+    pub part: Option<PartInfo>,
+    /// `[cad]`.
+    pub cad: Option<CadSettings>,
+    /// `[scans]`.
+    pub scans: Option<ScanSettings>,
+    /// `[alignment]`, if every feature is sound: it refers to `features`.
+    pub alignment: Option<AlignmentMethod>,
+    /// Line of `slot_reading`, else of `[alignment]`, from 1.
+    pub alignment_line: usize,
+    /// `[[feature]]`.
+    pub features: Vec<Feature>,
+    /// `[[comparison]]` or the comparison file, in order.
+    pub comparison: Vec<ComparisonPoint>,
+    /// `[rig]`.
+    pub rig: Option<Rig>,
+    /// `[output]`.
+    pub output: Option<OutputSettings>,
+    /// Where results are to go.
+    pub results: Option<ResultsPlace>,
+}
+
+/// The folder for results and where the plan names it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResultsPlace {
+    /// Resolved against the plan's folder.
+    pub path: PathBuf,
+    /// Line, from 1.
+    pub line: usize,
+}
+
 /// A plan that can be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
@@ -388,6 +424,8 @@ pub struct Plan {
     pub background: BackgroundSettings,
     /// `[alignment]`.
     pub alignment: AlignmentMethod,
+    /// Line of `slot_reading`, else of `[alignment]`, from 1.
+    pub alignment_line: usize,
     /// `[[feature]]`.
     pub features: Vec<Feature>,
     /// `[[comparison]]` or the comparison file, in order.

@@ -4,7 +4,7 @@ use super::model::*;
 use super::reader::{NumberRule, TableReader, describe_value, quoted, value_number};
 use super::suggest::{list_or, nearest};
 use super::values::{AT_LEAST_ZERO_MM, POSITIVE_MM, SIGNED_MM, direction, line_of_text, location, name, unit};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml_edit::Value;
 
 /// The keys of each table, to say where a key belongs that stands in the wrong one.
@@ -92,15 +92,36 @@ pub(super) fn part(table: TableReader<'_>) -> Option<PartInfo> {
     })
 }
 
+/// `[cad]` as far as it could be read.
+pub(super) struct CadRead {
+    /// The file as written and resolved.
+    file: Option<(String, PathBuf)>,
+    unit: Option<LengthUnit>,
+    /// Line on which the file is named.
+    pub line: usize,
+}
+
+impl CadRead {
+    /// Where the file is to be.
+    pub fn path(&self) -> Option<&Path> {
+        self.file.as_ref().map(|(_, path)| path.as_path())
+    }
+
+    /// The whole of it, if nothing is wrong.
+    pub fn settings(self) -> Option<CadSettings> {
+        let (file, path) = self.file?;
+        Some(CadSettings { file, path, unit: self.unit? })
+    }
+}
+
 /// `[cad]`.
-pub(super) fn cad(table: TableReader<'_>, folder: &Path) -> Option<(CadSettings, usize)> {
+pub(super) fn cad(table: TableReader<'_>, folder: &Path) -> CadRead {
     let entry = table.required("file", "the CAD file", "write file = \"bracket.stl\"");
     let line = entry.map_or(table.line(), |e| e.line);
     let file = entry.and_then(|entry| location(entry, folder));
     let unit = unit(&table);
     finish(table);
-    let (file, path) = file?;
-    Some((CadSettings { file, path, unit: unit? }, line))
+    CadRead { file, unit, line }
 }
 
 /// `[scans]`, with the line on which the folder is named.
@@ -334,18 +355,27 @@ pub(super) fn output_left_out(folder: &Path) -> OutputSettings {
     }
 }
 
-/// `[output]`.
-pub(super) fn output(table: TableReader<'_>, folder: &Path) -> Option<OutputSettings> {
+/// `[output]`, and the place for results even where the rest is wrong.
+pub(super) fn output(table: TableReader<'_>, folder: &Path) -> (Option<OutputSettings>, Option<ResultsPlace>) {
     let default = output_left_out(folder);
-    let place = match table.optional("folder") {
+    let entry = table.optional("folder");
+    let line = entry.map_or(table.line(), |e| e.line);
+    let place = match entry {
         Some(entry) => location(entry, folder),
         None => Some((default.folder, default.path)),
     };
     let formats = formats(&table, default.formats);
     let map_range_mm = number_or(&table, "map_range_mm", POSITIVE_MM, default.map_range_mm);
     finish(table);
-    let (folder, path) = place?;
-    Some(OutputSettings { folder, path, formats: formats?, map_range_mm: map_range_mm? })
+    let results = place.as_ref().map(|(_, path)| ResultsPlace { path: path.clone(), line });
+    let settings = place.zip(formats).zip(map_range_mm);
+    let settings = settings.map(|(((folder, path), formats), map_range_mm)| OutputSettings {
+        folder,
+        path,
+        formats,
+        map_range_mm,
+    });
+    (settings, results)
 }
 
 /// Every format once, in a fixed order.

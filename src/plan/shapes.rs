@@ -4,12 +4,15 @@ use super::model::{ComparisonPoint, Feature, Geometry};
 use super::problems::Problems;
 use super::reader::{Entry, TableReader, quoted};
 use super::suggest::list_or;
-use super::values::{POSITIVE_MM, SIGNED_MM, direction, direction_in_plane, name, position};
+use super::values::{POSITIVE_MM, SIGNED_MM, direction, direction_in_plane, name, position, short};
 use std::collections::BTreeMap;
 
 /// Every key that some kind of feature or point has.
 const SHAPE_KEYS: [&str; 8] =
     ["centre", "position", "axis", "direction", "normal", "diameter_mm", "length_mm", "width_mm"];
+
+/// A tolerance narrower than this is beyond any scan of sheet metal, mm.
+const NARROWEST_MM: f64 = 0.01;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -122,6 +125,12 @@ fn limits(table: &TableReader<'_>) -> Option<(f64, f64)> {
         let words = format!("found {lower_mm} with upper_mm = {upper_mm}, expected lower_mm below upper_mm");
         lower?.wrong(words, "lower_mm is the most negative deviation allowed, such as -0.5");
         return None;
+    }
+    let width_mm = upper_mm - lower_mm;
+    if width_mm < NARROWEST_MM {
+        let words =
+            format!("the tolerance is {} mm wide, far less than can be measured: a few hundredths", short(width_mm));
+        lower?.odd(words, "check both limits and their unit; no part can be told to be within them");
     }
     Some((lower_mm, upper_mm))
 }

@@ -10,6 +10,19 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     try_write(path, bytes).map_err(|error| in_words(path, &error))
 }
 
+/// Tries whether files can be written into a folder; what is written for that is gone again.
+///
+/// # Errors
+/// Why not, in words.
+pub fn try_folder(folder: &Path) -> Result<(), String> {
+    let file = tempfile::Builder::new().prefix(PREFIX).suffix(SUFFIX).tempfile_in(folder);
+    file.map(drop).map_err(|error| match error.kind() {
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "it is read-only".to_owned(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "the disk is full".to_owned(),
+        _ => error.to_string(),
+    })
+}
+
 const PREFIX: &str = ".shapeline-";
 const SUFFIX: &str = ".part";
 

@@ -113,6 +113,7 @@ impl SyntheticPart {
             },
             background: BackgroundSettings::default(),
             alignment,
+            alignment_line: 0,
             features: self.features.clone(),
             comparison: self.comparison.clone(),
             rig: None,

@@ -5,7 +5,7 @@ use crate::diagnostic::{Diagnostic, ReadError, Refusal};
 use crate::inspect::{self, Identity, Inspected, Outcome};
 use crate::io;
 use crate::part::{self, CacheUse, Part, PartSettings};
-use crate::plan::Plan;
+use crate::plan::{CadSide, ComparisonPoint, Feature, Plan};
 use crate::run::{Cancelled, RunContext, Stage};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -148,11 +148,21 @@ pub fn prepare_part(plan: &Plan, run: &RunContext) -> Result<(Part, CacheUse), R
 
 /// What of a plan the prepared CAD depends on.
 pub fn part_settings(plan: &Plan) -> PartSettings {
-    let features = plan.features.iter().map(|f| &f.geometry);
-    let points = plan.comparison.iter().map(|p| &p.geometry);
+    settings_for(plan.part.cad_side, plan.part.thickness_mm, &plan.features, &plan.comparison)
+}
+
+/// The same from the plan's parts.
+pub(super) fn settings_for(
+    cad_side: CadSide,
+    thickness_mm: f64,
+    features: &[Feature],
+    comparison: &[ComparisonPoint],
+) -> PartSettings {
+    let features = features.iter().map(|f| &f.geometry);
+    let points = comparison.iter().map(|p| &p.geometry);
     PartSettings {
-        cad_side: plan.part.cad_side,
-        thickness_mm: plan.part.thickness_mm,
+        cad_side,
+        thickness_mm,
         plan_directions: features.chain(points).map(|g| (g.position(), g.sheet_normal())).collect(),
     }
 }

@@ -3,6 +3,7 @@
 //! Below this layer nothing prints, looks at a clock or starts a thread; above it nobody computes.
 
 mod arrivals;
+mod check;
 pub mod clock;
 mod examine;
 pub mod names;
@@ -13,6 +14,7 @@ pub mod sequence;
 pub mod watch;
 mod words;
 
+pub use check::check_plan;
 pub use examine::{part_settings, prepare_part};
 pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
 pub use sequence::run_sequence;

@@ -278,7 +278,7 @@ fn remove(path: &Path) -> Result<(), Diagnostic> {
 }
 
 /// The file's ending in each format.
-fn ending_of(format: OutputFormat) -> &'static str {
+pub(super) fn ending_of(format: OutputFormat) -> &'static str {
     match format {
         OutputFormat::Ascii => "txt",
         OutputFormat::Json => "json",

@@ -1,5 +1,6 @@
 //! A sequence of scans: read, inspect, report, one after the other.
 
+use super::check::outlook;
 use super::clock::{StageClock, timings_line};
 use super::examine::{Examined, Examiner, load, prepare_part};
 use super::request::{SequenceRequest, SequenceSummary, StopSwitch};
@@ -74,7 +75,7 @@ impl<'a> Sequence<'a> {
     ) -> Result<Option<Self>, Option<Box<Diagnostic>>> {
         let loaded = plan::load(&request.plan_path);
         let errors = loaded.problems.iter().filter(|p| p.severity == Severity::Error).count();
-        listener(Event::Problems(loaded.problems));
+        listener(Event::Problems(loaded.problems.into_iter().chain(outlook(&loaded.draft)).collect()));
         let Some(plan) = loaded.plan else {
             if errors > 0 {
                 return Err(None);

@@ -113,6 +113,83 @@ fn a_plan_with_warnings_only_ends_check_with_1() {
     assert!(check.stdout.contains("3 warnings"), "{check:?}");
 }
 
+/// Whatever is wrong with one part of a plan, the others are looked at, also against the CAD.
+#[test]
+fn a_dozen_problems_of_all_sorts_are_told_at_once_in_order() {
+    let project = Project::new();
+    project.write("results", b"a file");
+    project.change_plan(&[
+        ("revision = \"C\"", "revison = \"C\""),
+        ("unit = \"mm\"\norder", "unit = \"mn\"\norder"),
+        ("slot = \"S1\"", "slot = \"S1\"\nslot_reading = \"axis\""),
+        ("diameter_mm = 16.0", "diameter_mm = 21.0"),
+        ("length_mm = 30.0", "length_mm = 36.0"),
+        ("lower_mm = -0.5\nupper_mm = 0.5", "lower_mm = -1e-9\nupper_mm = 1e-9"),
+        ("position = [-29.9999, 44.9999, 2.6337]", "position = [-29.9999, 44.9999, 6.6337]"),
+        ("direction = [0.184615335, 0.088179379, 0.978847064]", "direction = [0.9, 0.1, 0.42]"),
+        ("name = \"P05\"", "name = \"P04\""),
+        ("position = [-60.0, -5.0, 1.6897]", "position = [-60.0, -5.0]"),
+        (
+            "direction = [-0.025296386, -0.044832555, 0.998674189]",
+            "direction = [0.025296386, 0.044832555, -0.998674189]",
+        ),
+        ("map_range_mm = 1.0", "map_range_mm = 0.0"),
+    ]);
+    let check = project.run(["check", "demo.toml"]);
+    let told = [
+        "unknown key \"revison\"",
+        "[scans] unit: found text \"mn\"",
+        "[alignment] slot_reading: the axis of slot \"S1\"",
+        "[[feature]] \"H1\" diameter_mm: is 21",
+        "[[feature]] \"S1\" length_mm: is 36",
+        "[[comparison]] \"P01\" lower_mm: the tolerance is 2",
+        "[[comparison]] \"P02\" position: is 3.9",
+        "[[comparison]] \"P03\" direction: is ",
+        "[[comparison]] name: found \"P04\" again",
+        "[[comparison]] \"P06\" position: found 2 numbers",
+        "[[comparison]] \"P07\" direction: points against",
+        "[output] folder: found",
+        "[output] map_range_mm: found 0",
+    ];
+    check.assert_ended(2, &told);
+    let mut last = 0;
+    for words in told {
+        let line = check.stderr.lines().find(|line| line.contains(words)).expect("asserted above");
+        let number = line.split("demo.toml:").nth(1).and_then(|rest| rest.split(':').next()?.parse::<usize>().ok());
+        let number = number.unwrap_or_else(|| panic!("no line: {line}"));
+        assert!(number >= last, "{}", check.stderr);
+        last = number;
+    }
+    let problems = check.stderr.lines().filter(|line| line.starts_with("error: ") || line.starts_with("warning: "));
+    let helps = check.stderr.lines().filter(|line| line.starts_with("help: "));
+    assert_eq!((problems.count(), helps.count()), (told.len(), told.len()), "{}", check.stderr);
+}
+
+#[test]
+fn odd_results_folders_are_told_before_a_run() {
+    let project = Project::new();
+    project.write("a_file", b"in the way");
+    let folder = "folder = \"results\"";
+    for (changed, code, words) in [
+        ("folder = \"a_file\"", 2, "which is a file, expected a folder"),
+        ("folder = \"a_file/results\"", 2, "cannot be written"),
+        ("folder = \"scans\"", 0, "no problems"),
+        ("folder = \"scans\"\nformats = [\"ply\"]", 1, "results would lie among the scans"),
+    ] {
+        let other = Project::new();
+        other.write("a_file", b"in the way");
+        other.change_plan(&[(folder, changed)]);
+        if changed.contains("formats") {
+            other.change_plan(&[("formats = [\"ascii\", \"json\"]", "")]);
+        }
+        let check = other.run(["check", "demo.toml"]);
+        assert_eq!(check.code, Some(code), "{check:?}");
+        assert!(check.stderr.contains(words) || check.stdout.contains(words), "{check:?}");
+        assert!(code == 0 || check.stderr.contains("demo.toml:"), "{check:?}");
+    }
+    assert_eq!(project.files("scans").len(), 0);
+}
+
 #[test]
 fn verify_tells_what_changed() {
     let project = Project::new();
@@ -408,6 +485,12 @@ fn the_demo_runs_names_files_that_exist_and_leaves_changes_alone() {
     for path in named {
         assert!(folder.path().join(path).exists(), "{path}");
     }
+    // The scan that was refused is known by its content, and has its page.
+    let refused: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("show/results/05_cut_off.json")).unwrap()).unwrap();
+    let sha256 = shapeline::io::sha256_hex(&demo_file("scans/05_cut_off.ply"));
+    assert_eq!((status_of(&refused), refused["scan"]["sha256"].as_str()), ("refused", Some(sha256.as_str())));
+    assert!(std::fs::read(folder.path().join("show/results/05_cut_off.pdf")).unwrap().starts_with(b"%PDF"));
     assert_eq!(run_in(folder.path(), ["verify", "show/results"]).code, Some(0));
     let plan = folder.path().join("show/demo.toml");
     std::fs::write(&plan, "mine").unwrap();

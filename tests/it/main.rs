@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "sweeps tell their figures to whoever runs them")]
 
 mod accuracy;
+mod axis_reading;
 mod cad_sides;
 mod cli;
 mod forged_cache;

@@ -1,0 +1,165 @@
+//! The error of the pose to expect from a plan's datums, before anything is measured: expected errors of the datum features,
+//! pushed through the alignment itself.
+
+use crate::align::{DatumErrors, Datums, PoseUncertainty, expected_pose_uncertainty};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{UnitVector3, Vector3};
+use crate::plan::expected::{Expected, OpeningStd};
+use crate::plan::{AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, SlotReading};
+use nalgebra::{Matrix2, Vector2};
+
+/// What of a plan the expected error of its pose depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook<'a> {
+    /// How the part is held.
+    pub method: &'a AlignmentMethod,
+    /// By which features.
+    pub features: &'a [Feature],
+    /// Where its deviations are wanted.
+    pub comparison: &'a [ComparisonPoint],
+    /// What measures it.
+    pub rig: Option<&'a Rig>,
+}
+
+impl<'a> Outlook<'a> {
+    /// Of a plan.
+    pub fn of(plan: &'a Plan) -> Self {
+        let Plan { alignment, features, comparison, rig, .. } = plan;
+        Self { method: alignment, features, comparison, rig: rig.as_ref() }
+    }
+
+    /// Of what is sound of a plan, if that tells its alignment.
+    pub fn of_draft(draft: &'a Draft) -> Option<Self> {
+        let Draft { alignment, features, comparison, rig, .. } = draft;
+        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref() })
+    }
+
+    /// What the pose's error will do to each comparison point along its direction, mm (standard deviation); `None` where the
+    /// datums do not hold the part.
+    pub fn pose_errors_mm(&self) -> Option<Vec<f64>> {
+        let pose = pose(self, self.method)?;
+        Some(self.comparison.iter().map(|point| error_mm(&pose, &point.geometry)).collect())
+    }
+}
+
+/// Warns of a plan that reads the slot's axis, with the expected error at the comparison point where it is largest. `None` for
+/// the other readings, and for datums that do not hold the part (which has its own message). The warning has no place yet.
+pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
+    let AlignmentMethod::Features { hole, slot, slot_reading: SlotReading::Axis, point } = *outlook.method else {
+        return None;
+    };
+    let feature = outlook.features.get(slot)?;
+    let Geometry::Slot { length_mm, width_mm, .. } = feature.geometry else { return None };
+    let by_line = AlignmentMethod::Features { hole, slot, slot_reading: SlotReading::CentreLine, point };
+    let errors = outlook.pose_errors_mm()?;
+    let (worst, error) = outlook.comparison.iter().zip(&errors).max_by(|a, b| a.1.total_cmp(b.1))?;
+    let line = pose(outlook, &by_line);
+    let expected = Expected::of(outlook.rig);
+    let OpeningStd { turn_rad, tilt_rad, .. } = expected.opening(length_mm, width_mm);
+    let source = if outlook.rig.is_some() { "from [rig]" } else { "without [rig]" };
+    let other = line.map_or(String::new(), |line| {
+        format!("; \"centre_line\" would be about {}", mm(error_mm(&line, &worst.geometry)))
+    });
+    let message = format!(
+        "[alignment] slot_reading: the axis of slot \"{}\" ({length_mm} x {width_mm} mm) is only known to about {:.2} mrad in the \
+         sheet and {:.2} mrad out of it at {:.3} mm between points ({source}); expected error (standard deviation) about {} at \
+         point \"{}\"{other}",
+        feature.name,
+        1e3 * turn_rad,
+        1e3 * tilt_rad,
+        expected.spacing_mm,
+        mm(*error),
+        worst.name,
+    );
+    let help = "write slot_reading = \"centre_line\", unless the drawing asks for the slot's axis";
+    Some(Diagnostic::warning(message).with_help(help))
+}
+
+/// The uncertainty of the pose to expect; `None` where the datums do not hold the part.
+fn pose(outlook: &Outlook, method: &AlignmentMethod) -> Option<PoseUncertainty> {
+    let expected = Expected::of(outlook.rig);
+    let positions = outlook.features.iter().map(|f| f.geometry.position());
+    let first = outlook.features.first()?.geometry.position();
+    let length_mm = positions.map(|p| (p - first).norm()).fold(1.0, f64::max);
+    let datums = Datums { method, features: outlook.features, length_mm };
+    expected_pose_uncertainty(datums, |geometry| errors(&expected, geometry)).ok()
+}
+
+/// What to expect of one datum feature.
+fn errors(expected: &Expected, geometry: &Geometry) -> DatumErrors {
+    let opening = |axis: &UnitVector3, long: Vector3, std: OpeningStd| {
+        let across = axis.cross(&long);
+        vec![long * std.along_mm, across * std.across_mm, axis.into_inner() * std.height_mm]
+    };
+    match geometry {
+        Geometry::Hole { axis, diameter_mm, .. } => {
+            let std = expected.opening(*diameter_mm, *diameter_mm);
+            DatumErrors { shifts: opening(axis, across(axis), std), turns: Vec::new() }
+        }
+        Geometry::Slot { axis, direction, length_mm, width_mm, .. } => {
+            let std = expected.opening(*length_mm, *width_mm);
+            let turns = vec![axis.into_inner() * std.turn_rad, axis.cross(direction) * std.tilt_rad];
+            DatumErrors { shifts: opening(axis, direction.into_inner(), std), turns }
+        }
+        Geometry::Surface { direction, .. } => {
+            DatumErrors { shifts: vec![direction.into_inner() * expected.surface_mm()], turns: Vec::new() }
+        }
+        Geometry::Edge { direction, .. } => {
+            DatumErrors { shifts: vec![direction.into_inner() * expected.edge_mm()], turns: Vec::new() }
+        }
+    }
+}
+
+/// What the pose's error does to a comparison point, mm (k = 1): along its direction; of a hole that has none along the worst
+/// direction in the sheet.
+fn error_mm(pose: &PoseUncertainty, geometry: &Geometry) -> f64 {
+    let at = |direction: &Vector3| pose.at(&geometry.position(), direction);
+    match geometry {
+        Geometry::Surface { direction, .. } | Geometry::Edge { direction, .. } | Geometry::Slot { direction, .. } => {
+            at(direction)
+        }
+        Geometry::Hole { direction: Some(direction), .. } => at(direction),
+        Geometry::Hole { axis, direction: None, .. } => {
+            let x = across(axis);
+            let y = axis.cross(&x);
+            // Variances along x, y and the diagonal give the covariance.
+            let (xx, yy) = (at(&x).powi(2), at(&y).powi(2));
+            let xy = at(&((x + y) * std::f64::consts::FRAC_1_SQRT_2)).powi(2) - 0.5 * (xx + yy);
+            let worst = Matrix2::new(xx, xy, xy, yy).symmetric_eigenvalues();
+            Vector2::from(worst).max().max(0.0).sqrt()
+        }
+    }
+}
+
+/// Some unit vector across another.
+fn across(axis: &UnitVector3) -> Vector3 {
+    axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize()
+}
+
+/// A length with two telling digits.
+fn mm(length_mm: f64) -> String {
+    let digits = if length_mm >= 0.1 { 2 } else { 3 };
+    format!("{length_mm:.digits$} mm")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::{BracketParameters, bracket};
+
+    fn demo(reading: SlotReading) -> Plan {
+        let mut plan = bracket(&BracketParameters { spacing_mm: 8.0, ..BracketParameters::default() }).plan();
+        let AlignmentMethod::Features { slot_reading, .. } = &mut plan.alignment else {
+            panic!("the bracket has datums")
+        };
+        *slot_reading = reading;
+        plan
+    }
+
+    #[test]
+    fn only_the_axis_reading_is_warned_of() {
+        assert_eq!(axis_reading_warning(&Outlook::of(&demo(SlotReading::CentreLine))), None);
+        let told = axis_reading_warning(&Outlook::of(&demo(SlotReading::Axis))).unwrap().to_string();
+        assert!(told.contains("at point \"P0"), "{told}");
+    }
+}

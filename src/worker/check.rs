@@ -1,0 +1,137 @@
+//! Everything that can be told of a plan before a scan is there: the plan, its CAD, its folders, what it can be expected to
+//! measure. What is wrong in one place keeps nothing else from being looked at.
+
+use super::examine::{prepare_part, settings_for};
+use super::results::ending_of;
+use crate::diagnostic::{Diagnostic, ReadError};
+use crate::inspect::{Outlook, axis_reading_warning, check_draft};
+use crate::part;
+use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
+use crate::report::{atomic, sequence};
+use crate::run::{Cancelled, RunContext};
+use std::fs;
+use std::path::Path;
+
+/// Every problem of a plan: those of the plan file by line, then those of its comparison file, then those of the CAD. Where a
+/// plan is sound the cache of its CAD is written.
+pub fn check_plan(path: &Path, run: &RunContext) -> Result<Vec<Diagnostic>, Cancelled> {
+    let loaded = plan::load(path);
+    let mut found = against_cad(&loaded, run)?;
+    let Loaded { draft, problems, .. } = loaded;
+    found.splice(0..0, problems);
+    found.extend(outlook(&draft));
+    found.extend(results_place(&draft));
+    let rank = |d: &Diagnostic| match &d.file {
+        Some(file) if file == path => 0,
+        _ if d.line.is_some() => 1,
+        _ => 2,
+    };
+    found.sort_by_key(|d| (rank(d), d.line));
+    Ok(found)
+}
+
+/// The warning of an alignment that will hold the part poorly, with its place.
+pub(super) fn outlook(draft: &Draft) -> Option<Diagnostic> {
+    let warning = axis_reading_warning(&Outlook::of_draft(draft)?)?;
+    Some(warning.in_file(&draft.path).at_line(draft.alignment_line))
+}
+
+/// Problems of the CAD, and of the plan's sound points against it.
+fn against_cad(loaded: &Loaded, run: &RunContext) -> Result<Vec<Diagnostic>, Cancelled> {
+    let draft = &loaded.draft;
+    // That there is no such file is the plan's problem, and told there.
+    let Some(cad) = draft.cad.as_ref().filter(|cad| cad.path.is_file()) else { return Ok(Vec::new()) };
+    // Places are compared with the CAD's own surface: where [part] does not tell, the sheet may be of any thickness.
+    let prepared_as = |cad_side, thickness_mm| {
+        let settings = settings_for(cad_side, thickness_mm, &draft.features, &draft.comparison);
+        part::load_or_prepare(cad, &settings, None, run)
+    };
+    let prepared = match (&loaded.plan, &draft.part) {
+        (Some(plan), _) => prepare_part(plan, run).map(|(part, _)| part),
+        (None, Some(part)) => prepared_as(part.cad_side, part.thickness_mm).map(|(part, _)| part),
+        (None, None) => match prepared_as(CadSide::Top, 0.0) {
+            Err(ReadError::Bad(fault)) => prepared_as(CadSide::Solid, 0.0).map_err(|_| ReadError::Bad(fault)),
+            other => other,
+        }
+        .map(|(mut part, _)| {
+            // What is odd about it may be right for another kind of CAD.
+            part.warnings.clear();
+            part
+        }),
+    };
+    match prepared {
+        Ok(part) => {
+            let warnings = part.warnings.iter().map(|w| Diagnostic::warning(w).in_file(&cad.path));
+            Ok(warnings.chain(check_draft(draft, &part)).collect())
+        }
+        Err(ReadError::Cancelled(cancelled)) => Err(cancelled),
+        Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => Ok(vec![*diagnostic]),
+    }
+}
+
+/// What would keep results from being written, or mix them up with scans.
+fn results_place(draft: &Draft) -> Option<Diagnostic> {
+    let results = draft.results.as_ref()?;
+    let place = |d: Diagnostic| d.in_file(&draft.path).at_line(results.line);
+    let path = results.path.as_path();
+    let shown = path.display();
+    if path.exists() && !path.is_dir() {
+        let message = format!("[output] folder: found {shown}, which is a file, expected a folder");
+        return Some(place(Diagnostic::error(message).with_help("name a folder; it is made when it is not there")));
+    }
+    // A folder that is not there yet is made in the nearest one that is.
+    let there =
+        path.ancestors().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p }).find(|p| p.exists());
+    if let Some(there) = there
+        && let Err(fault) = atomic::try_folder(there)
+    {
+        let message = format!("[output] folder: {} cannot be written ({fault})", there.display());
+        return Some(place(Diagnostic::error(message).with_help("allow writing there, or name another folder")));
+    }
+    let (scans, output) = draft.scans.as_ref().zip(draft.output.as_ref())?;
+    let same = match (fs::canonicalize(path), fs::canonicalize(&scans.path)) {
+        (Ok(results), Ok(scans)) => results == scans,
+        _ => path == scans.path,
+    };
+    if same && may_take_results(&scans.pattern, &output.formats) {
+        let message = format!(
+            "[output] folder: results would lie among the scans, and [scans] pattern \"{}\" takes names such as theirs",
+            scans.pattern
+        );
+        let help = "name another folder, or a pattern that no result has: a result that is copied or renamed there would be \
+                    inspected as a scan";
+        return Some(place(Diagnostic::warning(message).with_help(help)));
+    }
+    None
+}
+
+/// Whether files with the endings of results can match a pattern.
+fn may_take_results(pattern: &str, formats: &[OutputFormat]) -> bool {
+    let sequence = glob::Pattern::new(pattern).is_ok_and(|pattern| pattern.matches(sequence::FILE));
+    let ending = |ending: &str| {
+        let tail = pattern.rsplit_once('.').map_or(pattern, |(_, tail)| tail);
+        glob::Pattern::new(tail).is_ok_and(|tail| tail.matches(ending))
+    };
+    sequence || ending(ending_of(OutputFormat::Json)) || formats.iter().any(|format| ending(ending_of(*format)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_are_told_that_may_take_results_for_scans() {
+        let formats = [OutputFormat::Ascii, OutputFormat::Ply];
+        for (pattern, takes) in [
+            ("*.ply", true),
+            ("scan_??.txt", true),
+            ("*", true),
+            ("*.p*", true),
+            ("*.xyz", false),
+            ("*.pdf", false),
+            ("*.js*", true),
+        ] {
+            assert_eq!(may_take_results(pattern, &formats), takes, "{pattern}");
+        }
+    }
+}
