@@ -88,24 +88,37 @@ impl fmt::Display for Diagnostic {
 impl std::error::Error for Diagnostic {}
 
 /// Why a scan was not measured.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{reason}")]
 pub struct Refusal {
     /// What was found.
     pub reason: String,
     /// What to do.
     pub help: String,
+    /// The two poses between which nothing could be decided, when that is the reason.
+    pub rivals: Option<Rivals>,
+}
+
+/// Two poses of a part that fit a scan almost alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rivals {
+    /// Cost of the second over the cost of the first.
+    pub margin: f64,
+    /// What it must be at least.
+    pub margin_limit: f64,
+    /// By how much they differ: a turn in rad and the distance of the part's middle in mm; `None` where nobody knows the second.
+    pub apart: Option<(f64, f64)>,
 }
 
 impl Refusal {
     /// A refusal with its reason and its help.
     pub fn new(reason: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { reason: reason.into(), help: help.into() }
+        Self { reason: reason.into(), help: help.into(), rivals: None }
     }
 }
 
 /// Why a computation came back without its result.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Stop {
     /// The scan cannot be measured; that is a result, with a reason.
     #[error("{0}")]

@@ -18,7 +18,7 @@ use super::rim::{DenseIndex, RimLock};
 use super::sampling::WorkCloud;
 use super::template::{Detail, Template};
 use super::view::{View, directions};
-use crate::diagnostic::Stop;
+use crate::diagnostic::{Rivals, Stop};
 use crate::geometry::{CadFromScan, Isometry3, Point3};
 use crate::part::Part;
 use crate::plan::Side;
@@ -296,7 +296,8 @@ impl Outcome {
             let apart = self.rival.map(|rival| {
                 candidates::difference(part, &list[self.winner].cad_from_work, &list[rival].cad_from_work)
             });
-            return Err(refuse::ambiguous(self.contest.margin, MARGIN_LIMIT, apart).into());
+            let margin = self.contest.margin;
+            return Err(refuse::ambiguous(Rivals { margin, margin_limit: MARGIN_LIMIT, apart }).into());
         }
         Ok(())
     }
@@ -328,7 +329,8 @@ fn polish(
     let registered = registered.ok_or_else(refuse::nothing_fits)?;
     let (angle, distance) = candidates::difference(part, &pose, &winner.cad_from_work);
     if angle > candidates::DISTINCT_RAD || distance > candidates::DISTINCT_MM {
-        return Err(refuse::ambiguous(1.0, MARGIN_LIMIT, Some((angle, distance))).into());
+        let apart = Some((angle, distance));
+        return Err(refuse::ambiguous(Rivals { margin: 1.0, margin_limit: MARGIN_LIMIT, apart }).into());
     }
     Ok((registered.cad_from_work, registered))
 }

@@ -1,6 +1,6 @@
 //! Why a scan is not measured, in words with numbers, and what to do.
 
-use crate::diagnostic::{Refusal, Stop};
+use crate::diagnostic::{Refusal, Rivals, Stop};
 use crate::geometry::Point3;
 use crate::part::Part;
 use crate::scan::ConditionedScan;
@@ -112,13 +112,15 @@ pub(super) fn unlike(coverage: f64, explained: f64, against: super::evidence::Ag
     Ok(())
 }
 
-/// Two poses fit almost alike. `apart`: angle in rad and distance in mm between them.
-pub(super) fn ambiguous(margin: f64, limit: f64, apart: Option<(f64, f64)>) -> Refusal {
+/// Two poses fit almost alike.
+pub(super) fn ambiguous(rivals: Rivals) -> Refusal {
+    let Rivals { margin, margin_limit, apart } = rivals;
     let apart = apart.map_or(String::new(), |(angle, distance)| {
         format!(", {:.0} degrees and {distance:.1} mm apart", angle.to_degrees())
     });
-    Refusal::new(
-        format!("two poses of the part fit almost alike{apart}: margin {margin:.2}, at least {limit} is needed"),
+    let refusal = Refusal::new(
+        format!("two poses of the part fit almost alike{apart}: margin {margin:.2}, at least {margin_limit} is needed"),
         "make sure that a hole, edge or bend that tells them apart is in view; a symmetric part needs a mark of its own",
-    )
+    );
+    Refusal { rivals: Some(rivals), ..refusal }
 }

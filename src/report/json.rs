@@ -6,6 +6,7 @@
 use super::json_layout::Layout;
 use super::words::{PROGRAM, SCHEMA};
 use crate::align::{BestFit, FeatureAlignment, MeasuredFeature};
+use crate::diagnostic::{Refusal, Rivals};
 use crate::geometry::Vector3;
 use crate::inspect::{Inspection, InspectionResult, MapStatistics, Outcome, PointResult};
 use crate::scan::Removed;
@@ -60,6 +61,17 @@ struct Scan<'a> {
 struct Refused<'a> {
     reason: &'a str,
     help: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    best_fit: Option<RivalsJson>,
+}
+
+/// What is known of a best fit that was not certain: no pose, so that nobody takes it for one.
+#[derive(Serialize)]
+struct RivalsJson {
+    margin: f64,
+    margin_limit: f64,
+    apart_deg: Option<f64>,
+    apart_mm: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -161,7 +173,7 @@ pub fn json(result: &InspectionResult) -> String {
     let id = &result.identity;
     let (measured, refused) = match &result.outcome {
         Outcome::Measured(inspection) => (Some(&**inspection), None),
-        Outcome::Refused(refusal) => (None, Some(Refused { reason: &refusal.reason, help: &refusal.help })),
+        Outcome::Refused(refusal) => (None, Some(refused_json(refusal))),
     };
     let report = Report {
         schema: SCHEMA,
@@ -186,6 +198,16 @@ pub fn json(result: &InspectionResult) -> String {
     report.serialize(&mut serializer).expect("plain data with string keys into memory always serialises");
     bytes.push(b'\n');
     String::from_utf8(bytes).expect("JSON is written as UTF-8")
+}
+
+fn refused_json(refusal: &Refusal) -> Refused<'_> {
+    let rivals = |r: Rivals| RivalsJson {
+        margin: r.margin,
+        margin_limit: r.margin_limit,
+        apart_deg: r.apart.map(|(angle, _)| angle.to_degrees()),
+        apart_mm: r.apart.map(|(_, distance)| distance),
+    };
+    Refused { reason: &refusal.reason, help: &refusal.help, best_fit: refusal.rivals.map(rivals) }
 }
 
 fn measured_json(inspection: &Inspection) -> Measured<'_> {
@@ -357,6 +379,18 @@ mod tests {
         assert_eq!(value["status"], "refused");
         assert!(value["reason"].as_str().unwrap().contains("cut off") && value["help"].is_string());
         assert!(value.get("verdict").is_none() && value["scan"]["points_read"].is_null());
+
+        assert!(value.get("best_fit").is_none());
+
+        let mut between_two = example::refused();
+        let Outcome::Refused(refusal) = &mut between_two.outcome else { panic!("a refused scan") };
+        refusal.rivals = Some(Rivals { margin: 1.25, margin_limit: 1.5, apart: Some((std::f64::consts::PI, 0.5)) });
+        between_two.counts.points_kept = Some(17);
+        let value: Value = serde_json::from_str(&json(&between_two)).unwrap();
+        assert_eq!(value["best_fit"]["margin"], 1.25);
+        assert_eq!(value["best_fit"]["margin_limit"], 1.5);
+        assert_eq!((&value["best_fit"]["apart_deg"], &value["best_fit"]["apart_mm"]), (&180.0.into(), &0.5.into()));
+        assert_eq!(value["scan"]["points_kept"], 17);
 
         let value: Value = serde_json::from_str(&json(&example::degraded())).unwrap();
         assert_eq!(value["verdict"], "incomplete");

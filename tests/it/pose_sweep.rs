@@ -169,8 +169,13 @@ fn a_symmetric_plate_is_refused() {
     let part = prepared(&nominal);
     for seed in 0..4 {
         let (scan, _) = scan(&nominal, &part, 600 + seed);
-        let words = refusal(&part, &scan);
-        assert!(words.contains("alike") && words.contains("margin"), "seed {seed}: {words}");
+        let Err(Stop::Refused(refusal)) = best_fit(&part, &scan, &RunContext::silent()) else { panic!("seed {seed}") };
+        assert!(refusal.reason.contains("alike") && refusal.reason.contains("margin"), "seed {seed}: {refusal}");
+        let rivals = refusal.rivals.expect("two poses are the reason");
+        assert!(rivals.margin < rivals.margin_limit, "seed {seed}: {rivals:?}");
+        // Distinct poses are over 5 degrees or 5 mm apart.
+        let (angle, distance_mm) = rivals.apart.expect("both poses are known");
+        assert!(angle > 5.0_f64.to_radians() || distance_mm > 5.0, "seed {seed}: {rivals:?}");
     }
 }
 
