@@ -9,9 +9,10 @@
 
 use super::candidates::{self, Candidate};
 use super::evidence::{self, Contest, Gaps, Ground, RESIDUAL_LIMIT_MM, Witness};
+use super::fit_uncertainty::{Ended, pose_motions};
 use super::height_map::{HeightMap, Raster};
 use super::icp::{Beyond, Registered, Settings, distances, register};
-use super::pose::BestFit;
+use super::pose::{BestFit, PoseUncertainty};
 use super::pose_search;
 use super::refuse;
 use super::rim::{DenseIndex, RimLock};
@@ -19,7 +20,7 @@ use super::sampling::WorkCloud;
 use super::template::{Detail, Template};
 use super::view::{View, directions};
 use crate::diagnostic::{Rivals, Stop};
-use crate::geometry::{CadFromScan, Isometry3, Point3};
+use crate::geometry::{CadFromScan, Point3};
 use crate::part::Part;
 use crate::plan::Side;
 use crate::run::RunContext;
@@ -72,6 +73,7 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
         margin_limit: MARGIN_LIMIT,
         poses_tried: found.poses_tried,
         to_camera_scan: view.to_camera_scan,
+        uncertainty: found.uncertainty,
     })
 }
 
@@ -80,6 +82,7 @@ struct Found {
     cad_from_scan: CadFromScan,
     side: Side,
     registered: Registered,
+    uncertainty: PoseUncertainty,
     margin: f64,
     poses_tried: usize,
 }
@@ -143,11 +146,14 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     outcome.refuse_unless_certain(part, &list)?;
     let winner = &list[outcome.winner];
     let every_point = DenseIndex::build(&cloud.dense, raster(f64::max(2.0, diagonal / 500.0)), per_mm2);
-    let (pose, registered) = polish(part, cloud, &every_point, winner, run)?;
+    // Errors of neighbouring points reach a few spacings.
+    let cell_mm = (8.0 * scan.spacing_mm).max(diagonal / 40.0);
+    let (registered, uncertainty) = polish(part, cloud, &every_point, winner, cell_mm, run)?;
     Ok(Found {
-        cad_from_scan: CadFromScan::new(pose * cloud.work_from_scan),
+        cad_from_scan: CadFromScan::new(registered.cad_from_work * cloud.work_from_scan),
         side: winner.side,
         registered,
+        uncertainty,
         margin: outcome.contest.margin,
         poses_tried,
     })
@@ -303,14 +309,15 @@ impl Outcome {
     }
 }
 
-/// The last registration, with many points and to the end.
+/// The last registration, with many points and to the end, and how well it knows the pose.
 fn polish(
     part: &Part,
     cloud: &WorkCloud,
     index: &DenseIndex,
     winner: &Candidate,
+    cell_mm: f64,
     run: &RunContext,
-) -> Result<(Isometry3, Registered), Stop> {
+) -> Result<(Registered, PoseUncertainty), Stop> {
     let face = part.face(winner.side);
     let weak = winner.registered.as_ref().is_none_or(|r| r.weakest_mm > candidates::WEAK_MM);
     let width_mm = winner.registered.as_ref().map_or(4.0, |r| 1.5 * r.width_mm);
@@ -332,5 +339,19 @@ fn polish(
         let apart = Some((angle, distance));
         return Err(refuse::ambiguous(Rivals { margin: 1.0, margin_limit: MARGIN_LIMIT, apart }).into());
     }
-    Ok((registered.cad_from_work, registered))
+    let points = cloud.subset(POLISH[POLISH.len() - 1].0);
+    let motions = pose_motions(&Ended {
+        face,
+        points: &points,
+        cad_from_work: &registered.cad_from_work,
+        width_mm: registered.width_mm,
+        scale_mm: registered.scale_mm,
+        rim: rim.as_ref(),
+        cell_mm,
+    });
+    let mut uncertainty = PoseUncertainty::none(part.bounds.centre());
+    for motion in motions.ok_or_else(refuse::nothing_fits)? {
+        uncertainty.add(motion);
+    }
+    Ok((registered, uncertainty))
 }

@@ -79,12 +79,13 @@ pub(super) struct Registered {
 }
 
 /// One point against the face.
-struct Pair {
-    at: Point3,
-    normal: Vector3,
-    residual_mm: f64,
-    distance_sq: f64,
-    counts: bool,
+pub(super) struct Pair {
+    pub at: Point3,
+    pub normal: Vector3,
+    pub residual_mm: f64,
+    pub distance_sq: f64,
+    /// Whether it says anything: within reach and not past a trimmed edge.
+    pub counts: bool,
     pulls: bool,
 }
 
@@ -219,11 +220,12 @@ pub(super) fn register(
     Ok(out)
 }
 
-fn half_extent(points: &[Point3]) -> f64 {
+pub(super) fn half_extent(points: &[Point3]) -> f64 {
     crate::geometry::Aabb::of_points(points).map_or(1.0, |b| 0.5 * b.diagonal())
 }
 
-fn pairs_of(
+/// Each point with its closest place, `None` beyond the reach. `seeds` keeps each point's last triangle between calls.
+pub(super) fn pairs_of(
     face: &Face,
     points: &[Point3],
     pose: &Isometry3,
@@ -286,7 +288,8 @@ fn robust_scale(pairs: &[Option<Pair>], reach_mm: f64) -> f64 {
     middle_value(&mut sizes).map_or(f64::INFINITY, |size| SIGMA_OF_MAD * size)
 }
 
-fn centroid(pairs: &[Option<Pair>], width: f64) -> Point3 {
+/// The weighted middle of the pairs that count.
+pub(super) fn centroid(pairs: &[Option<Pair>], width: f64) -> Point3 {
     let (mut sum, mut total) = (Vector3::zeros(), 0.0);
     for pair in pairs.iter().flatten().filter(|p| p.counts) {
         let w = tukey_weight_of_square(pair.distance_sq, width);

@@ -46,7 +46,7 @@ pub fn align_on_plan(
             degraded: None,
             features: Vec::new(),
         };
-        return Ok((alignment, PoseUncertainty::none(pivot(input))));
+        return Ok((alignment, best_fit.uncertainty.clone()));
     }
     let mut pose = best_fit.cad_from_scan;
     let mut last_shift = f64::INFINITY;

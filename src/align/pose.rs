@@ -24,6 +24,8 @@ pub struct BestFit {
     pub poses_tried: usize,
     /// Direction towards the camera, scan frame, when known.
     pub to_camera_scan: Option<UnitVector3>,
+    /// How well the pose is known, from the scatter of the points.
+    pub uncertainty: PoseUncertainty,
 }
 
 /// A datum feature as found, CAD frame, on the CAD's own face, in the final alignment.
@@ -79,7 +81,7 @@ pub struct PoseUncertainty {
 
 impl PoseUncertainty {
     /// No motion yet. `pivot`: the point that the alignment holds, CAD frame.
-    pub(super) fn none(pivot: Point3) -> Self {
+    pub fn none(pivot: Point3) -> Self {
         Self { motions: Vec::new(), pivot }
     }
 

@@ -97,6 +97,11 @@ impl<'a> RimLock<'a> {
         Self { places, dense, reach_mm: reach_mm.max(2.5 * spacing), half_width_mm: 1.0f64.max(2.0 * spacing) }
     }
 
+    /// How many places' windows a stretch of rim lies in, at least one: what it says is counted so many times.
+    pub fn overlap(&self) -> f64 {
+        (2.0 * self.half_width_mm / LEAST_STEP_MM).max(1.0)
+    }
+
     /// Adds what the rims say to a registration's sums, in the units of residuals with standard deviation `scale_mm`.
     pub fn add_to(&self, sums: &mut Sums, cad_from_work: &Isometry3, centre: &Point3, scale_mm: f64) {
         let work_from_cad = cad_from_work.inverse();

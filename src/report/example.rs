@@ -1,6 +1,6 @@
 //! Results made up for the tests of this module: the bracket of the design pictures and its odd relatives.
 
-use crate::align::{BestFit, FeatureAlignment, MeasuredFeature};
+use crate::align::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
 use crate::diagnostic::Refusal;
 use crate::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, Vector3};
 use crate::inspect::*;
@@ -133,6 +133,7 @@ pub fn bracket() -> InspectionResult {
                 margin_limit: 1.5,
                 poses_tried: 48,
                 to_camera_scan: None,
+                uncertainty: PoseUncertainty::none(Point3::origin()),
             },
             alignment: FeatureAlignment { method: "features", cad_from_scan: pose(), degraded: None, features },
             points: ROWS.iter().map(point).collect(),

@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod axis_reading;
+mod best_fit_alignment;
 mod cad_sides;
 mod cli;
 mod forged_cache;
