@@ -4,11 +4,11 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm, sheet_normal};
+use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::{Rim, rims_near};
-use super::sight::{check_in_sight, is_of_another_wall};
+use super::sight::{Sight, check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
     Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
@@ -37,6 +37,12 @@ pub struct EdgeFound {
 
 /// Fewest points of a fit.
 const NEEDED: usize = 24;
+/// The window's length along the edge, mm; 18 spacings at least.
+const LENGTH_MM: f64 = 5.0;
+/// The sheet beside the edge is told from a stretch this deep, mm; 8 spacings at least.
+const BESIDE_MM: f64 = 5.0;
+/// And reaches further along the edge than the window, mm.
+const BESIDE_WIDER_MM: f64 = 1.5;
 /// The CAD's edge is followed from the nominal place until it has turned by this slope.
 const MAX_SLOPE: f64 = 0.35;
 /// Clutter beyond the edge above which a warning is due, and above which there is no edge.
@@ -52,41 +58,54 @@ pub fn edge(
     search_mm: f64,
 ) -> Result<EdgeFound, NotFound> {
     let h = local.scan.spacing_mm;
-    let cad_normal = sheet_normal(local, position, normal, &[Vector3::zeros()]);
-    let frame = FeatureFrame::new(local, *position, &cad_normal, normal, Some(direction));
+    let thickness_normal = thickness_normal(local, position, normal);
+    let frame = FeatureFrame::new(local, *position, &thickness_normal, normal, Some(direction));
     check_in_sight(local, &frame)?;
     let inner = search_mm + (8.0 * h).max(1.5);
-    let half = 0.5 * (18.0 * h).max(3.0);
-    let strip = strip_along_edge(local, &frame, half, inner, search_mm + 4.0 * h, h)?;
+    let half = 0.5 * (18.0 * h).max(LENGTH_MM);
+    let beside = (8.0 * h).max(BESIDE_MM);
+    let rims = rims_near(local, &frame, half.hypot(inner) + 2.0, 0.25);
+    let strip = strip_along_edge(&rims, half, inner, search_mm + 4.0 * h, h)?;
     let depth = search_mm + 2.0 + 0.5 * half;
     let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth);
-    let radius = half.hypot(inner) + 0.5;
+    let radius = (half + BESIDE_WIDER_MM).hypot(inner) + 1.0;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
-    let mut points = in_strip(&patch, &gathered, &strip);
-    points.retain(|p| !is_of_another_wall(local, &frame, &p.own, p.place[2], 0.0));
+    let around = heights(local, &frame, &patch, &gathered);
+    let points = in_strip(&around, &strip);
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
     }
     let layer = layer_inside(&points, &strip, search_mm, frame.outward)?;
+    let cad_slopes = [patch.rise(1e-3, 0.0) / 1e-3, patch.rise(0.0, 1e-3) / 1e-3];
+    let on_sheet = |layer: &Layer, gate: [f64; 2], strip: &Strip| {
+        let slopes = [cad_slopes[0] + layer.plane[1], cad_slopes[1] + layer.plane[2]];
+        let sight = Sight::new(local, &frame, slopes);
+        in_layer(&around, layer, frame.outward, gate, &sight, strip)
+    };
     let wide = (3.5 * layer.sigma_mm).max(0.15);
-    let rough = steepest_step(&in_layer(&points, &layer, frame.outward, [wide, wide]), &strip, search_mm, h)?;
+    let rough = steepest_step(&on_sheet(&layer, [wide, wide], &strip), &strip, search_mm, h)?;
     // The sheet beside the edge as found decides on which points belong to it.
-    let layer = layer_beside(&points, &layer, rough - (8.0 * h).max(1.5), rough - 0.2).unwrap_or(layer);
-    let gate = sheet_gate_mm(local, &frame, layer.sigma_mm);
-    let sheet = in_layer(&points, &layer, frame.outward, gate);
+    let reach = [half + BESIDE_WIDER_MM, beside];
+    let layer = layer_beside(&around, &layer, &strip, rough, reach).unwrap_or(layer);
+    // Only what the fit looks at need be clear of other edges now.
+    let strip = strip_along_edge(&rims, half, (8.0 * h).max(1.5) + h - rough, (4.0 * h).max(0.8) + h + rough, h)?;
+    let gate = sheet_gate_mm(local, cut_face_tangent(local, &frame), layer.sigma_mm);
+    let sheet = on_sheet(&layer, gate, &strip);
     let fit = final_fit(&sheet, &strip, rough, h)?;
     check(&fit, &sheet, search_mm)?;
     let spacing = fit.density_per_mm2.sqrt().recip();
     let offset = fit.outline.offset;
-    let deviation_mm = offset - local.uncertainty.edge_offset_mm;
+    // The fit tells the edge from the CAD's own, whose place may differ from the nominal one.
+    let at_place = offset + strip.edge_at(0.0);
+    let deviation_mm = at_place - local.uncertainty.edge_offset_mm;
     let [_, eu, ev] = layer.plane;
-    let w = height(&layer.plane, 0.0, offset) + patch.rise(0.0, offset);
-    clear_of_belt(local, &[frame.on_seen_face([0.0, offset, w + patch.at_origin()])], fit.points)?;
+    let w = height(&layer.plane, 0.0, at_place) + patch.rise(0.0, at_place);
+    clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w + patch.at_origin()])], fit.points)?;
     let warning = (fit.clutter > CLUTTER[0])
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
-    // Where the sheet leans, an error of its height lets more or less of the cut face through the gate.
-    // The plane is told at the origin, which may lie beside its points; at the edge it is never worse than one point.
-    let u_gate = lean_tangent(local, &frame) * layer.u_height_mm.min(layer.sigma_mm);
+    // Where the sheet leans, an error of the layer's height at the edge is one of the place that was seen there. It is never
+    // worse than one point's.
+    let u_gate = lean_tangent(local, &frame) * layer.u_height_at(0.0, at_place).min(layer.sigma_mm);
     let u_fit = fit.covariance[(0, 0)].max(0.0).sqrt();
     Ok(EdgeFound {
         position: frame.on_own_face([0.0, deviation_mm, w]),
@@ -97,6 +116,19 @@ pub fn edge(
         points_used: fit.points,
         warning,
     })
+}
+
+/// The direction in which the sheet's thickness lies: the plan's normal. Where that leans away from the CAD's by more than a
+/// drawing's rounding or a facet's width explains, the CAD's.
+fn thickness_normal(local: &Local, position: &Point3, normal: &UnitVector3) -> UnitVector3 {
+    const AGREES_COSINE: f64 = 0.996; // 5 degrees
+    let cad_normal = sheet_normal(local, position, normal, &[Vector3::zeros()]);
+    let cosine = cad_normal.dot(normal);
+    if cosine.abs() < AGREES_COSINE {
+        cad_normal
+    } else {
+        UnitVector3::new_unchecked(normal.into_inner() * cosine.signum())
+    }
 }
 
 /// The stretch of sheet in which an edge is looked for: `along` u, from `-inner` to `outer` of the CAD's edge.
@@ -134,15 +166,7 @@ impl Strip {
 }
 
 /// Follows the CAD's edge from the nominal place both ways, and keeps the strip clear of other edges.
-fn strip_along_edge(
-    local: &Local,
-    frame: &FeatureFrame,
-    half: f64,
-    inner: f64,
-    outer: f64,
-    spacing_mm: f64,
-) -> Result<Strip, NotFound> {
-    let rims = rims_near(local, frame, half.hypot(inner) + 2.0, 0.25);
+fn strip_along_edge(rims: &[Rim], half: f64, inner: f64, outer: f64, spacing_mm: f64) -> Result<Strip, NotFound> {
     let distance = |p: &[f64; 2]| p[0].hypot(p[1]);
     let nearest = rims
         .iter()
@@ -237,25 +261,33 @@ fn keep_clear(strip: &mut Strip, p: &[f64; 2]) {
     }
 }
 
-/// A point of the strip: where it is, its place with its height above the CAD, and v straightened.
+/// A point of the strip: its place, its height above the CAD, and v straightened.
 struct StripPoint {
-    own: Uvw,
     place: [f64; 3],
     straight_v: f64,
 }
 
-fn in_strip(patch: &CadPatch, gathered: &[Uvw], strip: &Strip) -> Vec<StripPoint> {
-    let mut points = Vec::with_capacity(gathered.len());
-    for p in gathered {
-        let straight_v = p[1] - strip.edge_at(p[0]);
-        if (strip.along[0]..=strip.along[1]).contains(&p[0]) && (-strip.inner..=strip.outer).contains(&straight_v) {
-            let place = [p[0], p[1], patch.residual(p)];
-            if place[2].is_finite() {
-                points.push(StripPoint { own: *p, place, straight_v });
-            }
-        }
+/// (u, v, height above the CAD) of points, without those of another wall.
+fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, gathered: &[Uvw]) -> Vec<[f64; 3]> {
+    let own = |p: &&Uvw| {
+        let above_mm = patch.residual(p);
+        above_mm.is_finite() && !is_of_another_wall(local, frame, p, above_mm, 0.0)
+    };
+    gathered.iter().filter(own).map(|p| [p[0], p[1], patch.residual(p)]).collect()
+}
+
+impl Strip {
+    /// v straightened, of places within the strip.
+    fn straight(&self, u: f64, v: f64) -> Option<f64> {
+        let straight_v = v - self.edge_at(u);
+        let within = (self.along[0]..=self.along[1]).contains(&u) && (-self.inner..=self.outer).contains(&straight_v);
+        within.then_some(straight_v)
     }
-    points
+}
+
+fn in_strip(around: &[[f64; 3]], strip: &Strip) -> Vec<StripPoint> {
+    let inside = |p: &[f64; 3]| strip.straight(p[0], p[1]).map(|straight_v| StripPoint { place: *p, straight_v });
+    around.iter().filter_map(inside).collect()
 }
 
 /// The sheet's layer from where there is material for certain, or at least on the nominal's material side.
@@ -276,21 +308,44 @@ fn layer_inside(points: &[StripPoint], strip: &Strip, search_mm: f64, outward: f
     layer.ok_or_else(scattered)
 }
 
-/// The layer of the strip between two straightened v, near a layer known already.
-fn layer_beside(points: &[StripPoint], near: &Layer, from: f64, to: f64) -> Option<Layer> {
-    let beside = points.iter().filter(|p| (from..to).contains(&p.straight_v)).map(|p| p.place);
-    // A plane that is off by more than this at the edge would be no help.
-    let beside: Vec<[f64; 3]> =
-        beside.filter(|p| (p[2] - height(&near.plane, p[0], p[1])).abs() < (8.0 * near.sigma_mm).max(0.5)).collect();
+/// The layer of the sheet beside the edge found, near a layer known already: `half` along the edge either way and `deep` into
+/// the sheet. Voids do no harm here, so that it may reach further than the strip.
+fn layer_beside(
+    around: &[[f64; 3]],
+    near: &Layer,
+    strip: &Strip,
+    edge_v: f64,
+    [half, deep]: [f64; 2],
+) -> Option<Layer> {
+    let within = |p: &[f64; 3]| {
+        let v = p[1] - strip.edge_at(p[0]) - edge_v;
+        // A plane that is off by more than this at the edge would be no help.
+        let off_mm = (p[2] - height(&near.plane, p[0], p[1])).abs();
+        p[0].abs() < half && (-deep..-0.2).contains(&v) && off_mm < (8.0 * near.sigma_mm).max(0.5)
+    };
+    let beside: Vec<[f64; 3]> = around.iter().filter(|p| within(p)).copied().collect();
     let middle = beside.iter().map(|p| p[2]).sum::<f64>() / beside.len().max(1) as f64;
     fit_layer(&beside, middle, NEEDED)
 }
 
-/// Straightened (u, v) of the points within a gate about the layer.
-fn in_layer(points: &[StripPoint], layer: &Layer, outward: f64, [below, above]: [f64; 2]) -> Vec<[f64; 2]> {
-    let out = |p: &[f64; 3]| (p[2] - height(&layer.plane, p[0], p[1])) * outward;
-    let kept = points.iter().filter(|p| (-below..above).contains(&out(&p.place)));
-    kept.map(|p| [p.place[0], p.straight_v]).collect()
+/// Straightened (u, v) of the points within a gate about the layer, each where its line of sight meets the layer.
+fn in_layer(
+    around: &[[f64; 3]],
+    layer: &Layer,
+    outward: f64,
+    [below, above]: [f64; 2],
+    sight: &Sight,
+    strip: &Strip,
+) -> Vec<[f64; 2]> {
+    let on_sheet = |p: &[f64; 3]| {
+        let over = p[2] - height(&layer.plane, p[0], p[1]);
+        if !(-below..above).contains(&(over * outward)) {
+            return None;
+        }
+        let [u, v] = sight.on_sheet(p[0], p[1], over);
+        Some([u, strip.straight(u, v)?])
+    };
+    around.iter().filter_map(on_sheet).collect()
 }
 
 /// Where the density drops most, by the likelihood of a hard step: `n_in ln(n_in / A_in) + n_out ln(n_out / A_out)`.

@@ -73,21 +73,33 @@ impl FeatureFrame {
 }
 
 /// Heights about the sheet's layer, along the outward side of the sheet, within which a point is taken for the sheet: from
-/// minus the first to plus the second, mm.
+/// minus the first to plus the second, mm. `cut_face_tangent` is the tangent of the angle by which the cut face of the
+/// rim turns towards the camera; 0 or less where the sheet hides it.
 ///
-/// Where the sheet leans away from the camera, the cut face of its rim comes into view. Its points hang from the rim into
-/// the sheet's thickness and would be taken for up to `depth * tan(lean)` of additional sheet, so the gate's depth is
+/// Where a sheet leans, the cut face of its rim comes into view. Its points hang from the rim into
+/// the sheet's thickness and would be taken for up to `depth * tangent` of additional sheet, so the gate's depth is
 /// held to 0.02 mm of that, or a tenth of the spacing, but not below half of the scatter: narrower, it would cost more by
 /// the points it leaves out than it saves.
-pub fn sheet_gate_mm(local: &Local, frame: &FeatureFrame, sigma_mm: f64) -> [f64; 2] {
+pub fn sheet_gate_mm(local: &Local, cut_face_tangent: f64, sigma_mm: f64) -> [f64; 2] {
     let added_mm = (0.1 * local.scan.spacing_mm).max(0.02);
     let wide = (3.5 * sigma_mm).max(0.15);
-    [(added_mm / lean_tangent(local, frame).max(1e-6)).clamp(0.5 * sigma_mm, wide), wide]
+    [(added_mm / cut_face_tangent.max(1e-6)).clamp(0.5 * sigma_mm, wide), wide]
 }
+
+/// Tangent of the angle by which the cut face of a rim that ends along v turns towards the camera: negative where the sheet
+/// hides it; 0.2 where nobody knows where the camera is.
+pub fn cut_face_tangent(local: &Local, frame: &FeatureFrame) -> f64 {
+    local.scan.to_camera.map_or(UNKNOWN_LEAN, |to_camera| {
+        let c = local.cad_from_scan.vector(&to_camera);
+        c.dot(&frame.axes[1]) / c.dot(&frame.axes[2]).abs().max(0.1)
+    })
+}
+
+/// What is assumed of the lean where nobody knows where the camera is.
+const UNKNOWN_LEAN: f64 = 0.2;
 
 /// Tangent of the angle by which the sheet leans away from the camera; 0.2 where nobody knows where the camera is.
 pub fn lean_tangent(local: &Local, frame: &FeatureFrame) -> f64 {
-    const UNKNOWN_LEAN: f64 = 0.2;
     local.scan.to_camera.map_or(UNKNOWN_LEAN, |to_camera| {
         let cosine = local.cad_from_scan.vector(&to_camera).dot(&frame.axes[2]).abs().clamp(0.1, 1.0);
         (1.0 - cosine * cosine).sqrt() / cosine

@@ -22,6 +22,16 @@ pub struct Layer {
     pub u_height_mm: f64,
 }
 
+impl Layer {
+    /// Standard uncertainty of the height at a place: the plane's covariance there, more than its points' own errors leave by
+    /// what neighbours have in common.
+    pub fn u_height_at(&self, u: f64, v: f64) -> f64 {
+        let row = Vector3::new(1.0, u, v);
+        let inflation = (self.u_height_mm.powi(2) / self.covariance[(0, 0)]).max(1.0);
+        ((self.covariance * row).dot(&row).max(0.0) * inflation).sqrt()
+    }
+}
+
 /// Height of a plane at a place.
 pub fn height(plane: &[f64; 3], u: f64, v: f64) -> f64 {
     plane[0] + plane[1] * u + plane[2] * v
@@ -84,14 +94,23 @@ pub fn fit_layer(points: &[[f64; 3]], start: f64, needed: usize) -> Option<Layer
     let mut sizes: Vec<f64> = inside().map(f64::abs).collect();
     let sigma_mm = (SIGMA_OF_MAD * median(&mut sizes)?).max(LEAST_SIGMA_MM);
     let covariance = inverse * (sigma_mm * sigma_mm);
-    let told: Vec<[f64; 4]> = points
-        .iter()
-        .map(|p| (p, p[2] - height(&plane, p[0], p[1])))
-        .filter(|(_, r)| r.abs() < width)
-        .map(|(p, r)| [p[0], p[1], r, (inverse * Vector3::new(1.0, p[0], p[1])).x * tukey_weight(r, width)])
-        .collect();
-    let u_height_mm = correlated_height_variance(&told, 3.0).max(covariance[(0, 0)]).sqrt();
+    let residuals = points.iter().map(|p| [p[0], p[1], p[2] - height(&plane, p[0], p[1])]);
+    let residuals: Vec<[f64; 3]> = residuals.filter(|p| p[2].abs() < width).collect();
+    let u_height_mm = (covariance[(0, 0)] * correlation_inflation(&residuals, width)).sqrt();
     Some(Layer { plane, sigma_mm, rms_mm, points: kept, width_mm: width, covariance, u_height_mm })
+}
+
+/// By what the variance of a fitted plane is larger than if every point's error were its own: told at the middle of the
+/// points, where the plane's height is their mean. `residuals` are (u, v, residual) of the points with weight.
+fn correlation_inflation(residuals: &[[f64; 3]], width: f64) -> f64 {
+    let weights: Vec<f64> = residuals.iter().map(|p| tukey_weight(p[2], width)).collect();
+    let total = weights.iter().sum::<f64>().max(1e-12);
+    let middle = |k: usize| residuals.iter().zip(&weights).map(|(p, w)| p[k] * w).sum::<f64>() / total;
+    let centre = [middle(0), middle(1)];
+    let told = residuals.iter().zip(&weights).map(|(p, w)| [p[0] - centre[0], p[1] - centre[1], p[2], w / total]);
+    let told: Vec<[f64; 4]> = told.collect();
+    let own = told.iter().map(|p| (p[2] * p[3]).powi(2)).sum::<f64>();
+    if own > 0.0 { (correlated_height_variance(&told, 3.0) / own).max(1.0) } else { 1.0 }
 }
 
 /// Variance of e0 when errors are correlated: e0 is the sum of `a_i r_i`, so its variance is the sum of `a_i a_j C(d_ij)`,

@@ -1,10 +1,10 @@
 //! What holes and slots share: points of the surrounding sheet, search, window, soft-edge fit, coverage.
 
-use super::frame::{FeatureFrame, Uvw, clear_of_belt, sheet_gate_mm, sheet_normal};
+use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::CadPatch;
 use super::rim::rims_near;
-use super::sight::{check_in_sight, is_of_another_wall};
+use super::sight::{Sight, check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::fit::soft_edge::{
@@ -64,9 +64,7 @@ impl<O: Opening> OpeningFound<O> {
     /// Variance of the centre's height, more than its points' own errors leave by what neighbours have in common.
     pub fn height_variance(&self) -> f64 {
         let [u, v] = self.fit.outline.centre();
-        let row = nalgebra::Vector3::new(1.0, u, v);
-        let inflation = (self.layer.u_height_mm.powi(2) / self.layer.covariance[(0, 0)]).max(1.0);
-        (self.layer.covariance * row).dot(&row).max(0.0) * inflation
+        self.layer.u_height_at(u, v).powi(2)
     }
 }
 
@@ -131,7 +129,8 @@ fn sample_places<O: Opening>(nominal: &O, margin: f64) -> Vec<[f64; 2]> {
     places
 }
 
-/// (u, v) of the points that lie in the sheet around the opening, and that sheet's layer.
+/// (u, v) of the points that lie in the sheet around the opening, each where its line of sight meets that sheet's layer; and
+/// the layer.
 fn sheet_around<O: Opening>(
     local: &Local,
     frame: &FeatureFrame,
@@ -163,10 +162,14 @@ fn sheet_around<O: Opening>(
     let ring_heights: Vec<f64> = ring.iter().map(|p| p[2]).collect();
     let start = most_frequent_height(&ring_heights, frame.outward).ok_or_else(scattered)?;
     let layer = fit_layer(&ring, start, NEEDED / 2).ok_or_else(scattered)?;
-    let [below, above] = sheet_gate_mm(local, frame, layer.sigma_mm);
-    let out = |p: &[f64; 3]| (p[2] - height(&layer.plane, p[0], p[1])) * frame.outward;
-    let in_sheet = heights.iter().filter(|p| (-below..above).contains(&out(p)));
-    Ok((in_sheet.map(|p| [p[0], p[1]]).collect(), layer))
+    let [below, above] = sheet_gate_mm(local, lean_tangent(local, frame), layer.sigma_mm);
+    let [eu, ev] = [layer.plane[1] + patch.rise(1e-3, 0.0) / 1e-3, layer.plane[2] + patch.rise(0.0, 1e-3) / 1e-3];
+    let sight = Sight::new(local, frame, [eu, ev]);
+    let on_sheet = |p: &[f64; 3]| {
+        let over = p[2] - height(&layer.plane, p[0], p[1]);
+        (-below..above).contains(&(over * frame.outward)).then(|| sight.on_sheet(p[0], p[1], over))
+    };
+    Ok((heights.iter().filter_map(on_sheet).collect(), layer))
 }
 
 /// A start for the fit, from points thinned to a few hundred: first with a wide blur from the nominal place, and where that

@@ -1,4 +1,5 @@
-//! What of the part stands between a place and the camera, and which points belong to another of its walls.
+//! Lines of sight: what of the part stands between a place and the camera, which points belong to another of its walls, and to
+//! which place of the sheet a point belongs.
 //!
 //! A sheet may come near itself: the walls of a channel, the leaves of a hem. The points of the leaf in front must not be
 //! taken for the one behind it.
@@ -62,4 +63,32 @@ pub fn is_of_another_wall(local: &Local, frame: &FeatureFrame, p: &Uvw, above_mm
         let faces_other_way = hit.normal.dot(&frame.axes[2]) * frame.outward < 0.0;
         faces_other_way || hit.signed_mm.abs() < FAR_NEARER * (reach_mm - rise_mm)
     })
+}
+
+/// Moves a point back along the line of sight to the height of the sheet's layer (heights and slopes about the frame, above
+/// the CAD): the error of a point lies along that line, and on a sheet that leans it would pass for a shift within the sheet.
+///
+/// Where nobody knows where the camera is, the point is moved along w, that is: not at all.
+pub struct Sight {
+    /// Shift in (u, v) per mm of height above the layer.
+    per_mm: [f64; 2],
+}
+
+impl Sight {
+    /// For a layer of the slopes `[eu, ev]` on top of the CAD's own.
+    pub fn new(local: &Local, frame: &FeatureFrame, [eu, ev]: [f64; 2]) -> Self {
+        let along = local.scan.to_camera.and_then(|to_camera| {
+            let c = local.cad_from_scan.vector(&to_camera);
+            let [cu, cv, cw] = frame.axes.map(|a| a.dot(&c));
+            let rise = cw - eu * cu - ev * cv;
+            // Grazing sight tells nothing of where on the sheet a point belongs.
+            (rise.abs() > 0.1).then(|| [cu / rise, cv / rise])
+        });
+        Self { per_mm: along.unwrap_or([0.0; 2]) }
+    }
+
+    /// (u, v) of the sheet's place that was seen as a point `above_mm` over the layer.
+    pub fn on_sheet(&self, u: f64, v: f64, above_mm: f64) -> [f64; 2] {
+        [u - self.per_mm[0] * above_mm, v - self.per_mm[1] * above_mm]
+    }
 }

@@ -1,12 +1,17 @@
 //! A point of the surface: where the line through the nominal place meets the measured sheet.
 //!
-//! The heights of the points above the CAD face are told along the plan's direction, a plane is fitted to them in a small
-//! disc around the line (where the deviation bends, as in a dent, a quadratic), and its height on the line is the deviation. Telling heights along the direction (and not along the
-//! face's normal) makes the plane's value on the line the intersection itself, at any tilt.
+//! The heights of the points above the CAD face are told along the plan's direction, a quadratic is fitted to them in a
+//! disc around the line, and its height on the line is the deviation. Telling heights along the direction (and not along the
+//! face's normal) makes the quadratic's value on the line the intersection itself, at any tilt.
+//!
+//! The disc is large and the surface bends with the deviation, rather than a small disc and a plane: of errors that
+//! neighbours have in common only area averages out, a quadratic needs twice the plane's radius for the same noise, and a bend of
+//! radius R leaves it no bias where it leaves the plane `radius² / 4R`. Where the deviation changes faster than a
+//! quadratic can follow, the middle of the disc stands off it, and the disc shrinks.
 
-use super::bend::fit_bend;
+use super::bend::{Bend, fit_bend};
 use super::frame::{FeatureFrame, clear_of_belt};
-use super::layer::{Layer, fit_layer, height, most_frequent_height};
+use super::layer::{Layer, correlated_height_variance, fit_layer, most_frequent_height};
 use super::patch::{CadPatch, face_height};
 use super::sight::{check_in_sight, is_of_another_wall};
 use super::{Local, NotFound};
@@ -22,9 +27,11 @@ pub struct SurfaceFound {
     pub normal: Vector3,
     /// Along the plan's direction.
     pub deviation_mm: f64,
-    /// k = 1, from the scatter of the points, what neighbours' errors have in common, and the bend of the deviation within
-    /// the window that a plane may have missed.
+    /// k = 1, from the scatter of the points, what neighbours' errors have in common, and what the middle of the window stands
+    /// off the fitted surface.
     pub standard_uncertainty_mm: f64,
+    /// Radius of the window.
+    pub window_mm: f64,
     /// Rms of the points about the fitted surface.
     pub rms_mm: f64,
     /// Points of the fit.
@@ -61,18 +68,23 @@ pub fn surface(
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
     check_in_sight(local, &frame)?;
+    let core = Core::gather(local, &frame, search_mm)?;
     let mut radius = window_radius(local, &frame.seen);
-    let core = Core::gather(local, &frame, radius, search_mm)?;
-    let (patch, points) = loop {
-        let places = disc_places(radius);
-        let patch = CadPatch::sample(local, &frame, &places, search_mm + 2.0 + radius);
-        let points = heights(local, &frame, &patch, radius, search_mm);
-        if points.len() >= 2 * NEEDED || radius > 8.0 * local.scan.spacing_mm {
-            break (patch, points);
+    let found = loop {
+        let window = Window::gather(local, &frame, &mut radius, search_mm);
+        let smaller = SHRINK * radius;
+        let last = smaller < smallest_window_mm(local);
+        match measure_in(&frame, &window, &core) {
+            Ok((_, lack_mm)) if lack_mm > 0.0 && !last => {}
+            Ok((found, lack_mm)) => {
+                let u_mm = found.standard_uncertainty_mm.hypot(lack_mm);
+                break SurfaceFound { standard_uncertainty_mm: u_mm, ..found };
+            }
+            Err(_) if !last => {}
+            Err(not) => return Err(not),
         }
-        radius *= 1.4;
+        radius = smaller;
     };
-    let found = measure_in(&frame, &patch, &points, radius, &core)?;
     clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;
     Ok(found)
 }
@@ -84,9 +96,9 @@ struct Core {
     points: Vec<[f64; 3]>,
 }
 
-/// The place itself reaches half the window, and one and a half spacings at least.
-const CORE_SHARE: f64 = 0.5;
-const CORE_SPACINGS: f64 = 1.5;
+/// The place itself: its radius in mm, and in spacings at least.
+const CORE_MM: f64 = 1.0;
+const CORE_SPACINGS: f64 = 2.0;
 /// Points that must stand there: a quarter of what the scan's density promises (a face that leans by 60 degrees gets half
 /// of it, and noise takes some), and this many.
 const CORE_NEEDED: usize = 4;
@@ -98,9 +110,9 @@ const CORE_SIGMAS: f64 = 3.5;
 const CORE_BEYOND_MM: f64 = 4.0;
 
 impl Core {
-    fn gather(local: &Local, frame: &FeatureFrame, radius: f64, search_mm: f64) -> Result<Self, NotFound> {
+    fn gather(local: &Local, frame: &FeatureFrame, search_mm: f64) -> Result<Self, NotFound> {
         let h = local.scan.spacing_mm;
-        let reach = (CORE_SHARE * radius).max(CORE_SPACINGS * h);
+        let reach = CORE_MM.max(CORE_SPACINGS * h);
         let mut points = frame.gather(local, [0.0, 0.0], reach, search_mm + CORE_BEYOND_MM);
         // Heights are told from the place, not from the face: within the reach it may rise by as much as twice that.
         points.retain(|p| !is_of_another_wall(local, frame, p, p[2], 2.0 * reach));
@@ -116,10 +128,9 @@ impl Core {
     }
 
     /// Whether the surface as fitted is the one at the place.
-    fn check(&self, patch: &CadPatch, layer: &Layer, found: usize) -> Result<(), NotFound> {
-        let mut off: Vec<f64> =
-            self.points.iter().map(|p| patch.residual(p) - height(&layer.plane, p[0], p[1])).collect();
-        let near = off.iter().filter(|r| r.abs() <= CORE_SIGMAS * layer.sigma_mm).count();
+    fn check(&self, patch: &CadPatch, middle: &Middle, found: usize) -> Result<(), NotFound> {
+        let mut off: Vec<f64> = self.points.iter().map(|p| patch.residual(p) - middle.height_at(p[0], p[1])).collect();
+        let near = off.iter().filter(|r| r.abs() <= CORE_SIGMAS * middle.sigma_mm).count();
         if near as f64 >= CORE_AGREES * off.len() as f64 {
             return Ok(());
         }
@@ -128,11 +139,46 @@ impl Core {
     }
 }
 
-/// Six spacings or 2 mm, but at most half-way to the next trimmed edge, unless that leaves too few points.
+/// The window's radius: in mm, and in spacings at least.
+const WINDOW_MM: f64 = 5.0;
+const WINDOW_SPACINGS: f64 = 6.0;
+/// By what a window shrinks when its middle stands off the fitted surface, and where that ends.
+const SHRINK: f64 = 0.7;
+const SMALLEST_MM: f64 = 2.0;
+const SMALLEST_SPACINGS: f64 = 3.6;
+
+/// Five millimetres or six spacings, but at most half-way to the next trimmed edge, unless that leaves too few points.
 fn window_radius(local: &Local, seen: &Point3) -> f64 {
     let h = local.scan.spacing_mm;
-    let wanted = (6.0 * h).max(2.0);
-    wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(3.6 * h)
+    let wanted = WINDOW_MM.max(WINDOW_SPACINGS * h);
+    wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(SMALLEST_SPACINGS * h)
+}
+
+/// The smallest window that a quadratic is fitted in when it does not fit a larger one.
+fn smallest_window_mm(local: &Local) -> f64 {
+    SMALLEST_MM.max(SMALLEST_SPACINGS * local.scan.spacing_mm)
+}
+
+/// The points around the line, and the CAD under them.
+struct Window<'a> {
+    radius_mm: f64,
+    patch: CadPatch<'a>,
+    /// (u, v, height above the CAD).
+    points: Vec<[f64; 3]>,
+}
+
+impl<'a> Window<'a> {
+    /// The points within a radius, which grows where there are too few.
+    fn gather(local: &Local<'a>, frame: &'a FeatureFrame, radius: &mut f64, search_mm: f64) -> Self {
+        loop {
+            let patch = CadPatch::sample(local, frame, &disc_places(*radius), search_mm + 2.0 + *radius);
+            let points = heights(local, frame, &patch, *radius, search_mm);
+            if points.len() >= 2 * NEEDED || *radius > 8.0 * local.scan.spacing_mm {
+                return Self { radius_mm: *radius, patch, points };
+            }
+            *radius *= 1.4;
+        }
+    }
 }
 
 /// Where the CAD is sampled: the middle and three rings.
@@ -158,13 +204,10 @@ fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, s
     own.map(|(p, above_mm)| [p[0], p[1], above_mm]).collect()
 }
 
-fn measure_in(
-    frame: &FeatureFrame,
-    patch: &CadPatch,
-    points: &[[f64; 3]],
-    radius: f64,
-    core: &Core,
-) -> Result<SurfaceFound, NotFound> {
+/// The surface as found, and by how much (mm) the points in the middle of the window stand off it, 0 where that may be
+/// noise.
+fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(SurfaceFound, f64), NotFound> {
+    let (points, patch, radius) = (&window.points, &window.patch, window.radius_mm);
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
     }
@@ -180,63 +223,108 @@ fn measure_in(
             points.len(),
         ));
     }
-    core.check(patch, &layer, points.len())?;
-    let Middle { height_mm, slope: [eu, ev], standard_uncertainty_mm, rms_mm, points } = middle(points, &layer);
-    let deviation_mm = height_mm + patch.at_origin();
-    let slope = [eu + patch.rise(1e-3, 0.0) / 1e-3, ev + patch.rise(0.0, 1e-3) / 1e-3];
-    Ok(SurfaceFound {
+    let (middle, lack_mm) = middle(points, &layer, radius);
+    core.check(patch, &middle, points.len())?;
+    let deviation_mm = middle.height_mm + patch.at_origin();
+    let slope = [middle.slope[0] + patch.rise(1e-3, 0.0) / 1e-3, middle.slope[1] + patch.rise(0.0, 1e-3) / 1e-3];
+    let found = SurfaceFound {
         position: frame.on_own_face([0.0, 0.0, deviation_mm]),
         normal: frame.vector([-slope[0], -slope[1], 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm,
-        rms_mm,
-        points_used: points,
-    })
+        standard_uncertainty_mm: middle.standard_uncertainty_mm,
+        window_mm: radius,
+        rms_mm: middle.rms_mm,
+        points_used: middle.points,
+    };
+    Ok((found, lack_mm))
 }
 
-/// The measured surface on the line.
+/// The measured surface around the line.
 pub(super) struct Middle {
     /// Height above the CAD.
     pub height_mm: f64,
     /// Slopes along u and v against the CAD.
     pub slope: [f64; 2],
+    /// Coefficients of u², uv, v².
+    bend: [f64; 3],
     /// k = 1.
     pub standard_uncertainty_mm: f64,
+    /// Standard deviation of the points about it.
+    sigma_mm: f64,
     /// Of the points with weight.
     pub rms_mm: f64,
     /// Points with weight.
     pub points: usize,
+    /// Points further off than this have no weight.
+    width_mm: f64,
+}
+
+impl Middle {
+    fn of_plane(layer: &Layer) -> Self {
+        let [height_mm, eu, ev] = layer.plane;
+        Self {
+            height_mm,
+            slope: [eu, ev],
+            bend: [0.0; 3],
+            standard_uncertainty_mm: layer.u_height_mm,
+            sigma_mm: layer.sigma_mm,
+            rms_mm: layer.rms_mm,
+            points: layer.points,
+            width_mm: layer.width_mm,
+        }
+    }
+
+    fn of_bend(bend: &Bend) -> Self {
+        Self {
+            height_mm: bend.height_mm,
+            slope: bend.slope,
+            bend: bend.second,
+            standard_uncertainty_mm: bend.u_height_mm,
+            sigma_mm: bend.sigma_mm,
+            rms_mm: bend.rms_mm,
+            points: bend.points,
+            width_mm: bend.width_mm,
+        }
+    }
+
+    fn height_at(&self, u: f64, v: f64) -> f64 {
+        let [a, b, c] = self.bend;
+        self.height_mm + self.slope[0] * u + self.slope[1] * v + a * u * u + b * u * v + c * v * v
+    }
 }
 
 /// Fewest points from which a bend can be told.
-const NEEDED_FOR_BEND: usize = 30;
-/// A bend moves the height on the line away from the plane's; beyond this many standard uncertainties of that shift the bend is
-/// taken for real. Leaving it out costs less than the noise of three more terms only up to about one.
-const BEND_SIGMAS: f64 = 1.5;
+const NEEDED_FOR_BEND: usize = 24;
+/// The middle of the window, as a share of its radius, and the number of standard deviations that its mean may stand off the
+/// fitted surface by chance: one in 400.
+const MIDDLE_SHARE: f64 = 0.4;
+const LACK_SIGMAS: f64 = 3.0;
 
-/// Height and slope on the line: the plane's, or the quadratic's where the deviation bends. Where the bend cannot be told
-/// from noise it is not corrected, but a bend as large as noise hides (one standard uncertainty of the shift) is a part of the
-/// uncertainty.
-pub(super) fn middle(points: &[[f64; 3]], layer: &Layer) -> Middle {
-    let [height_mm, eu, ev] = layer.plane;
-    let plane = |u_bend_mm: f64| Middle {
-        height_mm,
-        slope: [eu, ev],
-        standard_uncertainty_mm: layer.u_height_mm.hypot(u_bend_mm),
-        rms_mm: layer.rms_mm,
-        points: layer.points,
-    };
+/// The quadratic, or where the points do not tell one the plane; and by how much the middle stands off it beyond chance.
+/// A plane may hide as much bend as the middle's mean cannot tell, which is a part of its uncertainty.
+pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle, f64) {
     let bend = if layer.points >= NEEDED_FOR_BEND { fit_bend(points, layer, NEEDED_FOR_BEND) } else { None };
-    let Some(bend) = bend else { return plane(0.0) };
-    let shift = bend.height_mm - height_mm;
-    if shift.abs() <= BEND_SIGMAS * bend.u_shift_mm {
-        return plane(bend.u_shift_mm);
+    let mut middle = bend.as_ref().map_or_else(|| Middle::of_plane(layer), Middle::of_bend);
+    let mut inner: Vec<[f64; 4]> = points
+        .iter()
+        .filter(|p| p[0].hypot(p[1]) <= MIDDLE_SHARE * radius)
+        .map(|p| [p[0], p[1], p[2] - middle.height_at(p[0], p[1]), 0.0])
+        .filter(|p| p[2].abs() < middle.width_mm)
+        .collect();
+    if inner.len() < 4 {
+        return (middle, 0.0);
     }
-    Middle {
-        height_mm: bend.height_mm,
-        slope: bend.slope,
-        standard_uncertainty_mm: bend.u_height_mm,
-        rms_mm: bend.rms_mm,
-        points: bend.points,
+    let count = inner.len() as f64;
+    inner.iter_mut().for_each(|p| p[3] = 1.0 / count);
+    let mean = inner.iter().map(|p| p[2]).sum::<f64>() / count;
+    let u_mean = correlated_height_variance(&inner, 1.0).sqrt();
+    if bend.is_none() {
+        middle.standard_uncertainty_mm = middle.standard_uncertainty_mm.hypot(u_mean);
     }
+    // The fit follows the middle's noise: its own variance there, 4 / points of a quadratic and 1 / points of a plane, is missing
+    // from that of the residuals' mean, 1 / (share² points).
+    let followed = MIDDLE_SHARE * MIDDLE_SHARE * if bend.is_some() { 4.0 } else { 1.0 };
+    let chance_mm = LACK_SIGMAS * u_mean * (1.0 - followed).sqrt();
+    let lack_mm = if mean.abs() > chance_mm { mean.abs() } else { 0.0 };
+    (middle, lack_mm)
 }

@@ -412,3 +412,29 @@ fn a_surface_point_over_a_hole_of_the_cad_is_not_measured() {
     let reason = measure::surface(&local, centre, axis, 3.0).unwrap_err().reason;
     assert_eq!(reason, "the CAD has no surface here");
 }
+
+#[test]
+fn a_deviation_of_an_edge_is_told_from_the_nominal_place_not_from_the_cads_rim() {
+    let bench = Bench::new();
+    let (scan, cad_from_scan) = exact_scan_from_below(&bench);
+    let grid = PointGrid::build(&scan, 3.0);
+    let local = Local {
+        part: &bench.part,
+        face: bench.part.face(Side::Bottom),
+        scan: &scan,
+        grid: &grid,
+        cad_from_scan,
+        uncertainty: &UncertaintySettings::default(),
+    };
+    let edge = bench.nominal.comparison.iter().find(|c| c.name == "E04").expect("an edge");
+    let Geometry::Edge { position, direction, normal } = &edge.geometry else { panic!("E04") };
+    let at_rim = measure::edge(&local, position, direction, normal, 3.0).unwrap();
+    for moved_mm in [-0.8, 0.5, 1.2] {
+        let nominal = position + direction.into_inner() * moved_mm;
+        let found = measure::edge(&local, &nominal, direction, normal, 3.0).unwrap();
+        // The same points in windows that follow the edge, not the nominal place: what differs is a fit's end, a hundredth of
+        // the spacing of 0.62 mm, and the layer's height times the lean of this face, a few degrees.
+        assert!((found.deviation_mm - at_rim.deviation_mm + moved_mm).abs() < 0.02, "{moved_mm}: {found:?}");
+        assert!((found.position - at_rim.position).norm() < 0.03);
+    }
+}

@@ -186,7 +186,11 @@ pub fn refine_soft_edge<O: Outline>(
         at = there;
     }
     let free = free_parameters(&state, &at, settings, tau_range);
-    let covariance = covariance::<O>(&at, &free).ok_or(SoftEdgeError::NoEdge)?;
+    // Near its lower bound the blur hangs on single points, and the curvature may bend the wrong way along it: it counts as known
+    // then.
+    let without_tau: Vec<usize> = free.iter().copied().filter(|k| *k != O::SHAPE).collect();
+    let covariance = covariance::<O>(&at, &free).or_else(|| covariance::<O>(&at, &without_tau));
+    let covariance = covariance.ok_or(SoftEdgeError::NoEdge)?;
     let density = density_per_mm2(&data, &state);
     let outline = if settings.fixed_tau_mm.is_some() { state.outline } else { without_bias(&state.outline, density) };
     Ok(SoftEdgeFit {
