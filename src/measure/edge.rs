@@ -6,7 +6,7 @@
 
 use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
-use super::patch::CadPatch;
+use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::{Rim, rims_near};
 use super::sight::{Sight, check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
@@ -67,7 +67,7 @@ pub fn edge(
     let rims = rims_near(local, &frame, half.hypot(inner) + 2.0, 0.25);
     let strip = strip_along_edge(&rims, half, inner, search_mm + 4.0 * h, h)?;
     let depth = search_mm + 2.0 + 0.5 * half;
-    let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth);
+    let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth, ROUGH_MM);
     let radius = (half + BESIDE_WIDER_MM).hypot(inner) + 1.0;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
     let around = heights(local, &frame, &patch, &gathered);

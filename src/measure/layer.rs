@@ -27,8 +27,12 @@ impl Layer {
     /// what neighbours have in common.
     pub fn u_height_at(&self, u: f64, v: f64) -> f64 {
         let row = Vector3::new(1.0, u, v);
-        let inflation = (self.u_height_mm.powi(2) / self.covariance[(0, 0)]).max(1.0);
-        ((self.covariance * row).dot(&row).max(0.0) * inflation).sqrt()
+        ((self.covariance * row).dot(&row).max(0.0) * self.inflation()).sqrt()
+    }
+
+    /// By what a variance is larger than if every point's error were its own.
+    pub fn inflation(&self) -> f64 {
+        (self.u_height_mm.powi(2) / self.covariance[(0, 0)]).max(1.0)
     }
 }
 

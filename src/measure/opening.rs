@@ -2,7 +2,7 @@
 
 use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
-use super::patch::CadPatch;
+use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::rims_near;
 use super::sight::{Sight, check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound};
@@ -100,7 +100,7 @@ pub fn measure_opening<O: Opening>(
     let h = local.scan.spacing_mm;
     let reach = nominal.reach_mm() + margin_mm(h);
     let depth = search_mm + 2.0 + 0.3 * reach;
-    let patch = CadPatch::sample(local, frame, &sample_places(nominal, margin_mm(h)), depth + reach);
+    let patch = CadPatch::sample(local, frame, &sample_places(nominal, margin_mm(h)), depth + reach, ROUGH_MM);
     let gathered = frame.gather(local, [0.0, 0.0], reach + search_mm, depth);
     let (sheet, layer) = sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;

@@ -1,15 +1,18 @@
 //! The CAD face around a feature as heights over the feature's plane.
 //!
-//! Points are compared with the CAD before a plane is fitted to them: a plane fitted to the points of a curved face is wrong
-//! by curvature x radius² / 4. Where the face is smooth, a quadratic through some rays stands for it, which costs nothing
+//! Points are compared with the CAD before a surface is fitted to them: a plane fitted to the points of a curved face is wrong
+//! by curvature x radius² / 4, a quadratic by what is not quadratic. Where the face is smooth, a quadratic through some rays stands for it, which costs nothing
 //! per point and evens out the CAD's facets; where it is not (a bend within the window), each point asks the face.
 
 use super::Local;
 use super::frame::{FeatureFrame, Uvw};
 use nalgebra::{SMatrix, SVector};
 
-/// A quadratic is good enough when it misses no sampled height by more than this, mm.
-const QUADRATIC_LIMIT_MM: f64 = 0.02;
+/// A quadratic is good enough when it misses no sampled height by more than this, mm: around an opening or beside an edge,
+/// where heights only tell which points belong to the sheet.
+pub const ROUGH_MM: f64 = 0.02;
+/// The same for a surface point, whose value takes over what the quadratic misses.
+pub const FINE_MM: f64 = 0.003;
 
 /// Heights of the CAD's seen face above the plane w = 0 of a feature's frame.
 pub enum CadPatch<'a> {
@@ -20,8 +23,15 @@ pub enum CadPatch<'a> {
 }
 
 impl<'a> CadPatch<'a> {
-    /// Samples the face at places of the feature's plane (those over no material are skipped) within `depth_mm`.
-    pub fn sample(local: &Local<'a>, frame: &'a FeatureFrame, places: &[[f64; 2]], depth_mm: f64) -> Self {
+    /// Samples the face at places of the feature's plane (those over no material are skipped) within `depth_mm`; the quadratic
+    /// may miss them by `limit_mm`.
+    pub fn sample(
+        local: &Local<'a>,
+        frame: &'a FeatureFrame,
+        places: &[[f64; 2]],
+        depth_mm: f64,
+        limit_mm: f64,
+    ) -> Self {
         let mut rows = Vec::with_capacity(places.len());
         let height_at = |p: &[f64; 2]| face_height(local, frame, *p, depth_mm);
         for p in places {
@@ -30,7 +40,7 @@ impl<'a> CadPatch<'a> {
             }
         }
         match fit_quadratic(&rows) {
-            Some((c, scale)) if worst(&rows, &c, scale) < QUADRATIC_LIMIT_MM => CadPatch::Quadratic(c, scale),
+            Some((c, scale)) if worst(&rows, &c, scale) < limit_mm => CadPatch::Quadratic(c, scale),
             _ => CadPatch::Exact(frame, *local, height_at(&[0.0; 2]).unwrap_or(0.0)),
         }
     }

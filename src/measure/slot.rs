@@ -134,7 +134,6 @@ pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<Slot
 /// points' errors have in common makes it larger by the same factor as that of the height: the windows are many times as wide
 /// as errors reach.
 fn u_slope(layer: &Layer, [cos, sin]: [f64; 2]) -> f64 {
-    let inflation = (layer.u_height_mm.powi(2) / layer.covariance[(0, 0)]).max(1.0);
     let along = Vector3::new(0.0, cos, sin);
-    ((layer.covariance * along).dot(&along).max(0.0) * inflation).sqrt()
+    ((layer.covariance * along).dot(&along).max(0.0) * layer.inflation()).sqrt()
 }

@@ -11,8 +11,8 @@
 
 use super::bend::{Bend, fit_bend};
 use super::frame::{FeatureFrame, clear_of_belt};
-use super::layer::{Layer, correlated_height_variance, fit_layer, most_frequent_height};
-use super::patch::{CadPatch, face_height};
+use super::layer::{Layer, fit_layer, most_frequent_height};
+use super::patch::{CadPatch, FINE_MM, face_height};
 use super::sight::{check_in_sight, is_of_another_wall};
 use super::{Local, NotFound};
 use crate::fit::robust::median;
@@ -69,24 +69,35 @@ pub fn surface(
     }
     check_in_sight(local, &frame)?;
     let core = Core::gather(local, &frame, search_mm)?;
-    let mut radius = window_radius(local, &frame.seen);
-    let found = loop {
-        let window = Window::gather(local, &frame, &mut radius, search_mm);
-        let smaller = SHRINK * radius;
-        let last = smaller < smallest_window_mm(local);
-        match measure_in(&frame, &window, &core) {
-            Ok((_, lack_mm)) if lack_mm > 0.0 && !last => {}
-            Ok((found, lack_mm)) => {
-                let u_mm = found.standard_uncertainty_mm.hypot(lack_mm);
-                break SurfaceFound { standard_uncertainty_mm: u_mm, ..found };
-            }
-            Err(_) if !last => {}
-            Err(not) => return Err(not),
-        }
-        radius = smaller;
-    };
+    let found = in_shrinking_windows(local, &frame, &core, search_mm)?;
     clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;
     Ok(found)
+}
+
+/// The surface in the largest window whose middle does not stand off it; what it stands off in the smallest is uncertain.
+fn in_shrinking_windows(
+    local: &Local,
+    frame: &FeatureFrame,
+    core: &Core,
+    search_mm: f64,
+) -> Result<SurfaceFound, NotFound> {
+    let wanted_mm = window_radius(local, &frame.seen);
+    let smallest_mm = SMALLEST_MM.max(SMALLEST_SPACINGS * local.scan.spacing_mm);
+    let mut window = Window::with_points(local, frame, wanted_mm, search_mm);
+    // A window that had to grow has no points to spare for a smaller one.
+    let grown = window.radius_mm > wanted_mm;
+    loop {
+        let smaller_mm = SHRINK * window.radius_mm;
+        let last = grown || smaller_mm < smallest_mm;
+        match measure_in(frame, &window, core) {
+            Ok((found, lack)) if last || !lack.beyond_chance => {
+                let standard_uncertainty_mm = found.standard_uncertainty_mm.hypot(lack.mean_mm);
+                return Ok(SurfaceFound { standard_uncertainty_mm, ..found });
+            }
+            Err(not) if last => return Err(not),
+            _ => window = Window::gather(local, frame, smaller_mm, search_mm),
+        }
+    }
 }
 
 /// What was measured at the place itself, whatever its height. The window around it may be full of good sheet while the
@@ -154,11 +165,6 @@ fn window_radius(local: &Local, seen: &Point3) -> f64 {
     wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(SMALLEST_SPACINGS * h)
 }
 
-/// The smallest window that a quadratic is fitted in when it does not fit a larger one.
-fn smallest_window_mm(local: &Local) -> f64 {
-    SMALLEST_MM.max(SMALLEST_SPACINGS * local.scan.spacing_mm)
-}
-
 /// The points around the line, and the CAD under them.
 struct Window<'a> {
     radius_mm: f64,
@@ -168,15 +174,21 @@ struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// The points within a radius, which grows where there are too few.
-    fn gather(local: &Local<'a>, frame: &'a FeatureFrame, radius: &mut f64, search_mm: f64) -> Self {
+    fn gather(local: &Local<'a>, frame: &'a FeatureFrame, radius_mm: f64, search_mm: f64) -> Self {
+        let patch = CadPatch::sample(local, frame, &disc_places(radius_mm), search_mm + 2.0 + radius_mm, FINE_MM);
+        let points = heights(local, frame, &patch, radius_mm, search_mm);
+        Self { radius_mm, patch, points }
+    }
+
+    /// The points within a radius, which grows to some eleven spacings at most where there are too few.
+    fn with_points(local: &Local<'a>, frame: &'a FeatureFrame, wanted_mm: f64, search_mm: f64) -> Self {
+        let mut radius_mm = wanted_mm;
         loop {
-            let patch = CadPatch::sample(local, frame, &disc_places(*radius), search_mm + 2.0 + *radius);
-            let points = heights(local, frame, &patch, *radius, search_mm);
-            if points.len() >= 2 * NEEDED || *radius > 8.0 * local.scan.spacing_mm {
-                return Self { radius_mm: *radius, patch, points };
+            let window = Self::gather(local, frame, radius_mm, search_mm);
+            if window.points.len() >= 2 * NEEDED || radius_mm > 8.0 * local.scan.spacing_mm {
+                return window;
             }
-            *radius *= 1.4;
+            radius_mm *= 1.4;
         }
     }
 }
@@ -204,9 +216,8 @@ fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, s
     own.map(|(p, above_mm)| [p[0], p[1], above_mm]).collect()
 }
 
-/// The surface as found, and by how much (mm) the points in the middle of the window stand off it, 0 where that may be
-/// noise.
-fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(SurfaceFound, f64), NotFound> {
+/// The surface as found, and what the middle of the window stands off it.
+fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(SurfaceFound, Lack), NotFound> {
     let (points, patch, radius) = (&window.points, &window.patch, window.radius_mm);
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
@@ -223,7 +234,7 @@ fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(Sur
             points.len(),
         ));
     }
-    let (middle, lack_mm) = middle(points, &layer, radius);
+    let (middle, lack) = middle(points, &layer, radius);
     core.check(patch, &middle, points.len())?;
     let deviation_mm = middle.height_mm + patch.at_origin();
     let slope = [middle.slope[0] + patch.rise(1e-3, 0.0) / 1e-3, middle.slope[1] + patch.rise(0.0, 1e-3) / 1e-3];
@@ -236,7 +247,7 @@ fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(Sur
         rms_mm: middle.rms_mm,
         points_used: middle.points,
     };
-    Ok((found, lack_mm))
+    Ok((found, lack))
 }
 
 /// The measured surface around the line.
@@ -251,6 +262,8 @@ pub(super) struct Middle {
     pub standard_uncertainty_mm: f64,
     /// Standard deviation of the points about it.
     sigma_mm: f64,
+    /// By what a variance is larger than if every point's error were its own.
+    inflation: f64,
     /// Of the points with weight.
     pub rms_mm: f64,
     /// Points with weight.
@@ -268,6 +281,7 @@ impl Middle {
             bend: [0.0; 3],
             standard_uncertainty_mm: layer.u_height_mm,
             sigma_mm: layer.sigma_mm,
+            inflation: layer.inflation(),
             rms_mm: layer.rms_mm,
             points: layer.points,
             width_mm: layer.width_mm,
@@ -281,6 +295,7 @@ impl Middle {
             bend: bend.second,
             standard_uncertainty_mm: bend.u_height_mm,
             sigma_mm: bend.sigma_mm,
+            inflation: bend.inflation,
             rms_mm: bend.rms_mm,
             points: bend.points,
             width_mm: bend.width_mm,
@@ -296,28 +311,35 @@ impl Middle {
 /// Fewest points from which a bend can be told.
 const NEEDED_FOR_BEND: usize = 24;
 /// The middle of the window, as a share of its radius, and the number of standard deviations that its mean may stand off the
-/// fitted surface by chance: one in 400.
+/// fitted surface by chance: one in 2000.
 const MIDDLE_SHARE: f64 = 0.4;
-const LACK_SIGMAS: f64 = 3.0;
+const LACK_SIGMAS: f64 = 3.5;
 
-/// The quadratic, or where the points do not tell one the plane; and by how much the middle stands off it beyond chance.
+/// What the points in the middle of a window stand off the fitted surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Lack {
+    /// Their mean, as a size, mm. Of pure noise its mean square is a little over half the variance of the fitted height; where the
+    /// deviation bends too fast for the fit it is a little over half of the error on the line (0.57 of it where the fourth power
+    /// is missed), so that it belongs to the uncertainty in either case.
+    pub mean_mm: f64,
+    /// Noise does not explain it.
+    pub beyond_chance: bool,
+}
+
+/// The quadratic, or where the points do not tell one the plane; and what the middle stands off it.
 /// A plane may hide as much bend as the middle's mean cannot tell, which is a part of its uncertainty.
-pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle, f64) {
+pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle, Lack) {
     let bend = if layer.points >= NEEDED_FOR_BEND { fit_bend(points, layer, NEEDED_FOR_BEND) } else { None };
     let mut middle = bend.as_ref().map_or_else(|| Middle::of_plane(layer), Middle::of_bend);
-    let mut inner: Vec<[f64; 4]> = points
-        .iter()
-        .filter(|p| p[0].hypot(p[1]) <= MIDDLE_SHARE * radius)
-        .map(|p| [p[0], p[1], p[2] - middle.height_at(p[0], p[1]), 0.0])
-        .filter(|p| p[2].abs() < middle.width_mm)
-        .collect();
+    let off = points.iter().filter(|p| p[0].hypot(p[1]) <= MIDDLE_SHARE * radius);
+    let off = off.map(|p| p[2] - middle.height_at(p[0], p[1])).filter(|r| r.abs() < middle.width_mm);
+    let inner: Vec<f64> = off.collect();
     if inner.len() < 4 {
-        return (middle, 0.0);
+        return (middle, Lack::default());
     }
     let count = inner.len() as f64;
-    inner.iter_mut().for_each(|p| p[3] = 1.0 / count);
-    let mean = inner.iter().map(|p| p[2]).sum::<f64>() / count;
-    let u_mean = correlated_height_variance(&inner, 1.0).sqrt();
+    let mean_mm = (inner.iter().sum::<f64>() / count).abs();
+    let u_mean = (middle.inflation / count).sqrt() * middle.sigma_mm;
     if bend.is_none() {
         middle.standard_uncertainty_mm = middle.standard_uncertainty_mm.hypot(u_mean);
     }
@@ -325,6 +347,5 @@ pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle
     // from that of the residuals' mean, 1 / (share² points).
     let followed = MIDDLE_SHARE * MIDDLE_SHARE * if bend.is_some() { 4.0 } else { 1.0 };
     let chance_mm = LACK_SIGMAS * u_mean * (1.0 - followed).sqrt();
-    let lack_mm = if mean.abs() > chance_mm { mean.abs() } else { 0.0 };
-    (middle, lack_mm)
+    (middle, Lack { mean_mm, beyond_chance: mean_mm > chance_mm })
 }

@@ -131,15 +131,17 @@ impl Expected {
         }
     }
 
-    /// Of a surface point, mm: a disc of six spacings, 2 mm at least.
+    /// Of a surface point, mm: a quadratic over a disc of six spacings, 5 mm at least. In the middle its variance is four times
+    /// that of the mean (for x = r² / radius², even over 0..1, the line a + b x has the variance 4 / n at x = 0).
     pub fn surface_mm(&self) -> f64 {
-        let radius = (6.0 * self.spacing_mm).max(2.0);
-        (self.height_variance_mm4 / (PI * radius * radius)).sqrt()
+        let radius = (6.0 * self.spacing_mm).max(5.0);
+        (4.0 * self.height_variance_mm4 / (PI * radius * radius)).sqrt()
     }
 
-    /// Of a trimmed edge, mm, over the 3 mm of it that are looked at.
+    /// Of a trimmed edge, mm, over the 18 spacings of it, 5 mm at least, that are looked at.
     pub fn edge_mm(&self) -> f64 {
-        (OUTLINE_VARIANCE * self.spacing_mm.powi(3) / 3.0).sqrt()
+        let length = (18.0 * self.spacing_mm).max(5.0);
+        (OUTLINE_VARIANCE * self.spacing_mm.powi(3) / length).sqrt()
     }
 }
 

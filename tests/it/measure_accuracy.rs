@@ -438,3 +438,29 @@ fn a_deviation_of_an_edge_is_told_from_the_nominal_place_not_from_the_cads_rim()
         assert!((found.position - at_rim.position).norm() < 0.03);
     }
 }
+
+/// Far fewer points than a window needs, however far it grows: an island of ten where a coarse scan lost all others.
+#[test]
+fn an_island_of_points_is_not_measured() {
+    let bench = Bench::new();
+    let (mut scan, cad_from_scan) = exact_scan_from_below(&bench);
+    let Geometry::Surface { position, direction } = &bench.nominal.comparison[2].geometry else { panic!("P03") };
+    scan.spacing_mm = 0.88;
+    let away = |scan: &ConditionedScan, k: u32| {
+        (cad_from_scan.point(&scan.cloud.positions[k as usize]) - position).norm() - bench.nominal.thickness_mm
+    };
+    let mut kept = scan.kept.clone();
+    kept.retain(|k| away(&scan, *k) > 20.0 || away(&scan, *k) < 0.3);
+    scan.kept = kept;
+    let grid = PointGrid::build(&scan, 3.0);
+    let local = Local {
+        part: &bench.part,
+        face: bench.part.face(Side::Bottom),
+        scan: &scan,
+        grid: &grid,
+        cad_from_scan,
+        uncertainty: &UncertaintySettings::default(),
+    };
+    let not = measure::surface(&local, position, direction, 2.5).unwrap_err();
+    assert!((4..12).contains(&not.points), "{not}");
+}
