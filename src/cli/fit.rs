@@ -85,7 +85,7 @@ fn fit_file(
     fit_points(kind, &cloud.positions, method, plane).map_err(|e| {
         let help = match e {
             FitError::OffPlane { .. } => "give the plane in which the points lie, or leave --plane out",
-            _ => "give more points, spread over more of the shape",
+            _ => "give more points, spread over more of the shape; if some of them are outliers, try --robust",
         };
         Diagnostic::error(format!("no {} fits: {e}", kind.key())).in_file(file).with_help(help)
     })

@@ -4,6 +4,7 @@
 //! positive along the CAD's normals, whichever side was measured. Where that face turns its back to the camera, as the leaf of a
 //! hem does, the camera sees the sheet's other face, and the point is compared with that.
 
+use super::crowd;
 use super::result::{DeviationMap, MapStatistics};
 use crate::geometry::{CadFromScan, Point3, Vector3};
 use crate::part::{Face, FaceHit, Part};
@@ -51,6 +52,7 @@ pub fn deviation_map(
         })
         .collect::<Result<_, Cancelled>>()?;
     let mut map = DeviationMap::default();
+    let mut far = Vec::new();
     map.indices.reserve(scan.kept.len());
     map.deviations_mm.reserve(scan.kept.len());
     for (&index, fate) in scan.kept.iter().zip(chunks.iter().flatten()) {
@@ -66,9 +68,11 @@ pub fn deviation_map(
             Fate::Far => {
                 map.statistics.far += 1;
                 map.flagged.push(index);
+                far.push(cad_from_scan.point(&scan.cloud.positions[index as usize]));
             }
         }
     }
+    map.far_crowd = crowd::fullest(&far, scan.spacing_mm);
     map.statistics = MapStatistics {
         past_edge: map.statistics.past_edge,
         far: map.statistics.far,

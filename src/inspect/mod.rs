@@ -1,6 +1,7 @@
 //! Comparison points, deviation map and verdicts: from an aligned scan to an `InspectionResult`.
 
 pub mod comparison;
+pub mod crowd;
 mod expected;
 pub mod map;
 pub mod pipeline;

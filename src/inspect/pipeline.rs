@@ -105,6 +105,14 @@ fn measure_conditioned(
     let verdict = of_part(&compared.points, alignment.degraded.is_some());
     let mut warnings = warnings(scan, &best_fit, &alignment.degraded);
     warnings.extend(compared.warnings);
+    warnings.extend(map.far_crowd.map(|crowd| {
+        let [x, y, z]: [f64; 3] = crowd.centre.coords.into();
+        format!(
+            "{} points stand too far from the CAD to be compared with it, {} of them together around ({x:.0}, {y:.0}, {z:.0}): a deep dent, \
+             or something that is not the part; look at the part there",
+            map.statistics.far, crowd.points
+        )
+    }));
     Ok(Inspection {
         points_read,
         points_kept: scan.kept.len(),

@@ -1,5 +1,6 @@
 //! The result of one scan: plain data that every printer and the window read, and that owns all they need.
 
+use super::crowd::Crowd;
 use crate::align::{BestFit, FeatureAlignment};
 use crate::diagnostic::Refusal;
 use crate::geometry::{Point3, Vector3};
@@ -112,6 +113,8 @@ pub struct DeviationMap {
     pub deviations_mm: Vec<f32>,
     /// Kept points that project past a trimmed edge or lie too far from the CAD to belong to it: flagged, not counted.
     pub flagged: Vec<u32>,
+    /// The densest crowd of points too far from the CAD, if there is one as dense as sheet.
+    pub far_crowd: Option<Crowd>,
     /// Statistics over `deviations_mm`.
     pub statistics: MapStatistics,
 }

@@ -66,7 +66,8 @@ impl Errors {
         let mut sorted = self.by_kind.get(kind).cloned().unwrap_or_default();
         sorted.sort_by(f64::total_cmp);
         // Nearest rank.
-        sorted.get((sorted.len() as f64 * 0.95).ceil() as usize - 1).copied().unwrap_or(f64::INFINITY)
+        let rank = (sorted.len() as f64 * 0.95).ceil() as usize;
+        rank.checked_sub(1).and_then(|k| sorted.get(k)).copied().unwrap_or(f64::INFINITY)
     }
 
     /// Mean and standard deviation of the signed errors of the points whose names begin so, mm.

@@ -259,7 +259,7 @@ fn map_and_fit(page: &mut Page<'_>, result: &InspectionResult, inspection: &Insp
         ("Past an edge, too far".to_owned(), format!("{}, {}", thousands(s.past_edge), thousands(s.far))),
         ("Best fit rms".to_owned(), format!("{:.3}", fit.rms_mm)),
         ("Inliers of scan points".to_owned(), format!("{:.1} %", 100.0 * fit.inlier_ratio)),
-        ("Margin to the second pose".to_owned(), format!("{margin}, limit {:.1}", fit.margin_limit)),
+        ("Margin to 2nd pose".to_owned(), format!("{margin}, limit {:.1}", fit.margin_limit)),
     ];
     pairs(page, "Map and fit", 95.2, 158.2, y, &rows);
 }
