@@ -58,6 +58,10 @@ impl Opening for Circle {
         2.0 * (self.radius - other.radius).abs()
     }
 
+    fn least_size_mm(&self) -> f64 {
+        2.0 * self.radius
+    }
+
     fn sizes_in_words(&self) -> String {
         format!("{:.1} mm wide", 2.0 * self.radius)
     }

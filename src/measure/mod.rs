@@ -9,8 +9,10 @@
 //! (`[uncertainty]`) and that of the alignment are added by whoever knows them.
 
 mod bend;
+mod chance;
 pub mod edge;
 pub mod frame;
+mod gap;
 pub mod hole;
 mod layer;
 mod opening;

@@ -1,16 +1,15 @@
-//! What holes and slots share: points of the surrounding sheet, search, window, soft-edge fit, coverage.
+//! What holes and slots share: points of the surrounding sheet, search, fit, and whether it is the opening looked for.
 
+use super::chance::{check_size, left_out, needed_gain};
 use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm, sheet_normal};
+use super::gap::{Gap, final_fit, margin_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::rims_near;
 use super::sight::{Sight, check_in_sight, is_of_another_wall};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
-use crate::fit::soft_edge::{
-    Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
-    refine_soft_edge,
-};
+use crate::fit::soft_edge::{Outline, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, refine_soft_edge};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
 /// An outline that encloses a void: what the search needs to know of it.
@@ -29,6 +28,8 @@ pub trait Opening: Outline {
     fn grown(&self, by_mm: f64) -> Vec<[f64; 2]>;
     /// Largest difference of a size (diameter, length, width) between two outlines of the family, mm.
     fn size_difference_mm(&self, other: &Self) -> f64;
+    /// Its smallest size, mm.
+    fn least_size_mm(&self) -> f64;
     /// Its sizes in words.
     fn sizes_in_words(&self) -> String;
 }
@@ -68,11 +69,6 @@ impl<O: Opening> OpeningFound<O> {
     }
 }
 
-/// Material needed around the outline, mm.
-fn margin_mm(spacing_mm: f64) -> f64 {
-    (8.0 * spacing_mm).max(1.5)
-}
-
 /// The frame of an opening: w along the plan's axis, v along `v`; the sheet's normal is that around its rim.
 pub fn frame_of<O: Opening>(
     local: &Local,
@@ -97,6 +93,7 @@ pub fn measure_opening<O: Opening>(
     search_mm: f64,
 ) -> Result<OpeningFound<O>, NotFound> {
     check_in_sight(local, frame)?;
+    check_size(local, nominal, search_mm)?;
     let h = local.scan.spacing_mm;
     let reach = nominal.reach_mm() + margin_mm(h);
     let depth = search_mm + 2.0 + 0.3 * reach;
@@ -105,8 +102,9 @@ pub fn measure_opening<O: Opening>(
     let (sheet, layer) = sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;
     let obstacles = obstacles(local, frame, nominal, reach + search_mm + 2.0);
-    let fit = final_fit(&sheet, &rough, &obstacles, h)?;
+    let Gap { fit, gain } = final_fit(&sheet, &rough, &obstacles, h)?;
     let spacing_mm = fit.density_per_mm2.sqrt().recip();
+    check_gain(&fit, gain, search_mm)?;
     let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm)?;
     let rim = fit.outline.grown(0.0);
     let on_seen = |p: &[f64; 2]| {
@@ -182,7 +180,10 @@ fn search<O: Opening>(
     reach: f64,
 ) -> Result<O, NotFound> {
     const THINNED: usize = 500;
-    let stride = sheet.len().div_ceil(THINNED).max(1);
+    // As many as tell the opening from chance must be left out of the thinned points too.
+    let density = (spacing_mm * spacing_mm).recip();
+    let spare = (left_out(nominal, density) / needed_gain::<O>(search_mm, density)) as usize;
+    let stride = sheet.len().div_ceil(THINNED).min(spare).max(1);
     let within = |p: &&[f64; 2]| p[0].hypot(p[1]) < reach + search_mm;
     let thinned: Vec<[f64; 2]> = sheet.iter().step_by(stride).filter(within).copied().collect();
     let h = spacing_mm * (stride as f64).sqrt();
@@ -202,9 +203,13 @@ fn search<O: Opening>(
         fit
     };
     let near = attempt(nominal, &[wide, 0.7 * h]);
+    // Where nobody can tell what stands inside, the search has not found anything.
+    let share_inside = |fit: &SoftEdgeFit<O>, below: f64| {
+        points_inside(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2).is_some_and(|inside| inside.share < below)
+    };
     let good = |fit: &SoftEdgeFit<O>| {
         let [u, v] = fit.outline.centre();
-        u.hypot(v) < search_mm && inside_share(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2) < 0.15
+        u.hypot(v) < search_mm && share_inside(fit, 0.15)
     };
     if let Some(fit) = near.filter(good) {
         return Ok(fit.outline);
@@ -213,7 +218,7 @@ fn search<O: Opening>(
     let again = attempt(&nominal.centred_at(best), &[h.max(0.3), 0.7 * h]);
     let none = || NotFound::new(format!("no {} here: the points go on over its place", O::WORD), sheet.len());
     let fit = again.ok_or_else(none)?;
-    if inside_share(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2) > 0.5 { Err(none()) } else { Ok(fit.outline) }
+    if share_inside(&fit, 0.5) { Ok(fit.outline) } else { Err(none()) }
 }
 
 /// The grid place (step a tenth of the search) around which the nominal outline holds the fewest points; the nearest to the
@@ -243,7 +248,7 @@ fn emptiest_place<O: Opening>(points: &[[f64; 2]], nominal: &O, search_mm: f64, 
 }
 
 /// What stands inside an outline.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Inside {
     /// Number of points.
     points: f64,
@@ -251,22 +256,16 @@ struct Inside {
     share: f64,
 }
 
-/// Points inside an outline shrunk by `depth_mm`.
-fn points_inside<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> Inside {
+/// Points inside an outline shrunk by `depth_mm`; `None` where that leaves nothing, or so little that even sheet would hold
+/// no point there.
+fn points_inside<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> Option<Inside> {
     let mut unused = [0.0; MAX_SHAPE];
     let mut step = [0.0; MAX_SHAPE];
     step[O::DEPTH.0] = -depth_mm * O::DEPTH.1;
     let inner = outline.moved(&step[..O::SHAPE]);
-    if !inner.is_sound() {
-        return Inside::default();
-    }
+    let expected = if inner.is_sound() { inner.void(0.0).0[0] * density_per_mm2 } else { 0.0 };
     let found = points.iter().filter(|p| inner.signed_mm(**p, &mut unused) < 0.0).count() as f64;
-    Inside { points: found, share: found / (inner.void(0.0).0[0] * density_per_mm2).max(1.0) }
-}
-
-/// Their share alone.
-fn inside_share<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, density_per_mm2: f64) -> f64 {
-    points_inside(points, outline, depth_mm, density_per_mm2).share
+    (expected >= 1.0).then(|| Inside { points: found, share: found / expected })
 }
 
 /// Places of the CAD's other trimmed edges near the opening, in the frame's plane: those of loops that do not run along
@@ -284,119 +283,6 @@ fn obstacles<O: Opening>(local: &Local, frame: &FeatureFrame, nominal: &O, radiu
     out
 }
 
-/// The fit in its own window: the outline as found, grown by the margin, cut half-way to the neighbours. Twice, since the
-/// window follows the outline.
-fn final_fit<O: Opening>(
-    sheet: &[[f64; 2]],
-    rough: &O,
-    obstacles: &[[f64; 2]],
-    spacing_mm: f64,
-) -> Result<SoftEdgeFit<O>, NotFound> {
-    let not_found = |error: SoftEdgeError, points: usize| match error {
-        SoftEdgeError::TooFewPoints { found, needed } => NotFound::too_few(found, needed),
-        SoftEdgeError::NoEdge => NotFound::new(format!("the points show no {} here", O::WORD), points),
-    };
-    let mut start = rough.clone();
-    let mut local_spacing_mm = spacing_mm;
-    let mut result: Option<SoftEdgeFit<O>> = None;
-    for _ in 0..2 {
-        let centre = start.centre();
-        let (points, window) = window_points(sheet, &start, obstacles, spacing_mm);
-        let mut settings = SoftEdgeSettings::new(local_spacing_mm);
-        settings.clutter = clutter_share(&points, &start.centred_at([0.0, 0.0]), &window, local_spacing_mm);
-        if result.is_none() {
-            // All of the shape, with a blur that still sees a few spacings far.
-            settings = settings.with_tau(0.7 * local_spacing_mm);
-        }
-        let origin = start.centred_at([0.0, 0.0]);
-        let fit = if settings.fixed_tau_mm.is_some() {
-            refine_soft_edge(&points, window, &origin, &settings)
-        } else {
-            fit_soft_edge(&points, window, &origin, &settings)
-        };
-        let mut fit = fit.map_err(|e| not_found(e, points.len()))?;
-        let [u, v] = fit.outline.centre();
-        fit.outline = fit.outline.centred_at([centre[0] + u, centre[1] + v]);
-        start = fit.outline.clone();
-        // The sheet leans, or its gate is narrow: its points are further apart than the scan's typical ones.
-        local_spacing_mm = fit.density_per_mm2.sqrt().recip();
-        result = Some(fit);
-    }
-    result.ok_or_else(|| NotFound::new("the search for the outline did not start", sheet.len()))
-}
-
-/// The points of the window around an outline, relative to its centre, and the window.
-fn window_points<O: Opening>(
-    sheet: &[[f64; 2]],
-    outline: &O,
-    obstacles: &[[f64; 2]],
-    spacing_mm: f64,
-) -> (Vec<[f64; 2]>, Window) {
-    let margin = margin_mm(spacing_mm);
-    let [cu, cv] = outline.centre();
-    let centred = outline.centred_at([0.0, 0.0]);
-    let cuts = cuts(&centred, obstacles.iter().map(|p| [p[0] - cu, p[1] - cv]), margin);
-    let mut corners = centred.grown(margin);
-    for cut in &cuts {
-        corners = clipped(&corners, cut);
-    }
-    let inside =
-        |p: &[f64; 2]| cuts.iter().all(|c| c.keeps(p)) && centred.signed_mm(*p, &mut [0.0; MAX_SHAPE]) < margin;
-    let points = sheet.iter().map(|p| [p[0] - cu, p[1] - cv]).filter(inside).collect();
-    (points, Window::polygon(&corners))
-}
-
-/// Keeps the places with `normal . p <= limit`.
-struct Cut {
-    normal: [f64; 2],
-    limit: f64,
-}
-
-impl Cut {
-    fn keeps(&self, p: &[f64; 2]) -> bool {
-        self.normal[0] * p[0] + self.normal[1] * p[1] <= self.limit
-    }
-}
-
-/// Straight cuts half-way to each obstacle within the margin, the nearest first; those that an earlier cut has removed
-/// need none.
-fn cuts<O: Opening>(outline: &O, obstacles: impl Iterator<Item = [f64; 2]>, margin: f64) -> Vec<Cut> {
-    let mut near: Vec<(f64, [f64; 2], [f64; 2])> = obstacles
-        .filter_map(|p| {
-            let mut gradient = [0.0; MAX_SHAPE];
-            let s = outline.signed_mm(p, &mut gradient);
-            // The centre's derivatives are minus the direction away from the outline.
-            (0.0..margin).contains(&s).then_some((s, p, [-gradient[0], -gradient[1]]))
-        })
-        .collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut cuts: Vec<Cut> = Vec::new();
-    for (s, p, normal) in near {
-        if cuts.iter().all(|c| c.keeps(&p)) {
-            cuts.push(Cut { normal, limit: normal[0] * p[0] + normal[1] * p[1] - 0.5 * s });
-        }
-    }
-    cuts
-}
-
-/// A convex polygon without what a cut removes.
-fn clipped(corners: &[[f64; 2]], cut: &Cut) -> Vec<[f64; 2]> {
-    let excess = |p: &[f64; 2]| cut.normal[0] * p[0] + cut.normal[1] * p[1] - cut.limit;
-    let mut out = Vec::with_capacity(corners.len() + 1);
-    for (k, a) in corners.iter().enumerate() {
-        let b = &corners[(k + 1) % corners.len()];
-        let (ea, eb) = (excess(a), excess(b));
-        if ea <= 0.0 {
-            out.push(*a);
-        }
-        if (ea < 0.0 && eb > 0.0) || (ea > 0.0 && eb < 0.0) {
-            let t = ea / (ea - eb);
-            out.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
-        }
-    }
-    out
-}
-
 /// Share of points inside an opening from which on a warning is due, and above which there is none.
 const FILLED: [f64; 2] = [0.05, 0.4];
 /// That many points inside may be chance, whatever share they are.
@@ -409,6 +295,22 @@ fn warning<O: Opening>(inside: Inside) -> Option<String> {
     })
 }
 
+/// Is the gap more than chance leaves between points of closed sheet?
+fn check_gain<O: Opening>(fit: &SoftEdgeFit<O>, gain: f64, search_mm: f64) -> Result<(), NotFound> {
+    let needed = needed_gain::<O>(search_mm, fit.density_per_mm2);
+    // Not a number is no gain.
+    if gain >= needed {
+        return Ok(());
+    }
+    let word = O::WORD;
+    Err(NotFound::new(format!("no {word} here: no gap is larger than chance leaves between the points"), fit.points))
+}
+
+/// Three standard errors of the size of the smallest opening that is told from chance, over its size: a circle that leaves
+/// out n = 16 points has a radius of 2.3 spacings, and a rim blurred by half a spacing fixes it to
+/// `sqrt(0.5 / (0.9 * 2 pi * 2.3)) = 0.2` spacings. What is off by more is another opening.
+const SIZE_SHARE: f64 = 0.3;
+
 /// Is it the opening that was looked for, and is enough of its rim seen? Tells what stands inside.
 fn check<O: Opening>(
     fit: &SoftEdgeFit<O>,
@@ -420,14 +322,16 @@ fn check<O: Opening>(
     let word = O::WORD;
     let not = |reason: String| Err(NotFound::new(reason, fit.points));
     let [u, v] = fit.outline.centre();
-    let inside = points_inside(sheet, &fit.outline, 0.5 * spacing_mm, fit.density_per_mm2);
+    let Some(inside) = points_inside(sheet, &fit.outline, 0.5 * spacing_mm, fit.density_per_mm2) else {
+        return not(format!("no {word} here: the gap found is hardly wider than the points are apart"));
+    };
     if inside.share > FILLED[1] {
         return not(format!("no {word} here: the points go on over its place"));
     }
     if u.hypot(v) > search_mm {
         return not(format!("no {word} within ±{search_mm:.1} mm of its place"));
     }
-    let allowed = (0.5 * search_mm).max(4.0 * spacing_mm);
+    let allowed = (0.5 * search_mm).max(4.0 * spacing_mm).min(SIZE_SHARE * nominal.least_size_mm());
     if fit.outline.size_difference_mm(nominal) > allowed {
         return not(format!(
             "the gap found here is {}, the {word} is {}",

@@ -75,6 +75,10 @@ impl Opening for Slot {
         (self.length_mm() - other.length_mm()).abs().max((self.width_mm() - other.width_mm()).abs())
     }
 
+    fn least_size_mm(&self) -> f64 {
+        self.width_mm()
+    }
+
     fn sizes_in_words(&self) -> String {
         format!("{:.1} mm long and {:.1} mm wide", self.length_mm(), self.width_mm())
     }

@@ -14,11 +14,13 @@
 //! Window masks for large voids and the jackknife are to be added here: a mask changes [`Window::moments`] and, where it
 //! touches the outline, [`outline::Outline::void`].
 
+mod closed;
 mod fit;
 mod likelihood;
 pub mod normal;
 pub mod outline;
 
+pub use closed::closed_log_likelihood;
 pub use fit::{
     SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, clutter_share, covered_share, fit_soft_edge, refine_soft_edge,
 };
