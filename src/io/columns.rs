@@ -317,6 +317,15 @@ mod tests {
     }
 
     #[test]
+    fn a_point_beyond_a_kilometre_is_refused() {
+        let layout = layout(&["x", "y", "z"]);
+        let mut rows = Rows::new(&layout, 1000.0, 0);
+        assert!(rows.push(|_| Ok(-1000.0)).is_ok());
+        let told = rows.push(|column| Ok([1.0, 1000.1, 2.0][column])).unwrap_err();
+        assert!(told.message.contains("1000100 mm") && told.help.is_some(), "{told}");
+    }
+
+    #[test]
     fn colours_of_all_widths_become_bytes() {
         let colours = [[0.0, 1.0, f32::NAN]];
         assert_eq!(bytes_of(&colours, ColourScale::ByLargest), [[0, 255, 0]]);

@@ -35,8 +35,8 @@ use std::path::Path;
 #[cfg(test)]
 mod fuzz;
 
-/// Largest coordinate that is taken for a measurement, mm: ten kilometres.
-pub const LARGEST_COORDINATE_MM: f64 = 1e7;
+/// Largest coordinate of a CAD or a cloud, mm: a kilometre, as in a plan.
+pub const LARGEST_COORDINATE_MM: f64 = 1e6;
 
 /// The whole of a plain file. Pipes and devices, which might never end, are refused before they are opened, and no more
 /// is read than the file held when it was opened.

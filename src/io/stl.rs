@@ -233,6 +233,24 @@ mod tests {
         assert_eq!(text.triangles, [[0, 1, 2]]);
     }
 
+    /// A kilometre is allowed, as in a plan; a part at 1e30 mm is a damaged file.
+    #[test]
+    fn a_vertex_beyond_a_kilometre_is_refused_with_its_facet() {
+        let at = |x: f32| {
+            read_binary(&binary(&[[x, 0.0, 0.0], [x, 100.0, 0.0], [x, 0.0, 100.0]]), 1.0, &RunContext::silent())
+        };
+        assert!(at(1e6).is_ok() && at(-1e6).is_ok());
+        for x in [1_000_001.0, -2e6, 1e30] {
+            let told = said(at(x));
+            assert!(
+                told.message.starts_with("facet 1 (byte 96), corner 1: coordinate")
+                    && told.message.contains("1000000 mm"),
+                "{told}"
+            );
+            assert!(told.help.is_some());
+        }
+    }
+
     #[test]
     fn a_count_that_is_not_the_sizes_is_refused_with_both_sizes() {
         for count in [0u32, 1, 3, 4_000_000_000] {

@@ -11,7 +11,8 @@ use crate::geometry::Point3;
 /// A cloud whose size does not fit the CAD's by a factor that units explain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaleSuspicion {
-    /// Cloud size / CAD size as units would explain it: 10, 25.4, 100 or 1000, or one over them.
+    /// Cloud size / CAD size as units would explain it: 10, 25.4, 100 or 1000, or one over them. For sizes that are none, their
+    /// ratio as it is.
     pub factor: f64,
     /// What was found and what was expected.
     pub words: String,
@@ -33,7 +34,7 @@ const LEAST_RAW_FACTOR: f64 = 100.0;
 const POINTS_LOOKED_AT: usize = 200_000;
 
 /// Compares the kept points of a scan with the CAD. Both lengths are diagonals of boxes, mm; the cloud's should be
-/// robust against strays ([`robust_diagonal_mm`]). `None` when the sizes are plausible or one of them says nothing.
+/// robust against strays ([`robust_diagonal_mm`]). `None` when the sizes are plausible, or when the cloud has no size.
 pub fn check_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<ScaleSuspicion> {
     suspicion(cloud_diagonal_mm, cad_diagonal_mm, FACTORS[0])
 }
@@ -45,8 +46,15 @@ pub fn check_raw_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<S
 
 fn suspicion(cloud_mm: f64, cad_mm: f64, least_factor_above: f64) -> Option<ScaleSuspicion> {
     let ratio = cloud_mm / cad_mm;
-    if !(ratio.is_finite() && cloud_mm > 0.0 && cad_mm > 0.0) {
-        return None;
+    let are_sizes = cloud_mm >= 0.0 && cloud_mm.is_finite() && cad_mm > 0.0 && cad_mm.is_finite();
+    if !(are_sizes && ratio.is_finite()) {
+        return Some(ScaleSuspicion {
+            factor: ratio,
+            words: format!(
+                "the scan measures {cloud_mm} mm across and the CAD {cad_mm} mm, expected two finite sizes above 0"
+            ),
+            help: "check that scan and CAD are whole, and [scans] unit and [cad] unit in the plan".into(),
+        });
     }
     let below = FACTORS.iter().map(|f| (1.0 / f, MOST_SMALLER_BELOW));
     let above = FACTORS.iter().filter(|f| **f >= least_factor_above).map(|f| (*f, MOST_SMALLER_ABOVE));
@@ -107,10 +115,19 @@ mod tests {
         for ratio in [0.2, 0.5, 1.0, 2.0, 4.0, 7.0] {
             assert_eq!(check_scale(300.0 * ratio, 300.0), None, "{ratio}");
         }
-        for odd in [0.0, f64::NAN, f64::INFINITY, -1.0] {
-            assert_eq!(check_scale(odd, 300.0), None);
-            assert_eq!(check_scale(300.0, odd), None);
+        // All points in one place: that is refused with its own words elsewhere.
+        assert_eq!(check_scale(0.0, 300.0), None);
+    }
+
+    #[test]
+    fn sizes_that_are_none_are_not_plausible() {
+        for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
+            for (cloud, cad) in [(odd, 300.0), (300.0, odd), (odd, odd)] {
+                assert!(check_scale(cloud, cad).is_some() && check_raw_scale(cloud, cad).is_some(), "{cloud} {cad}");
+            }
         }
+        assert!(check_scale(300.0, 0.0).is_some() && check_scale(0.0, 0.0).is_some());
+        assert!(check_scale(1e300, 1e-300).is_some());
     }
 
     #[test]

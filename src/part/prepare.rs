@@ -5,6 +5,7 @@ use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::boundary::{self, Adjacency};
 use crate::geometry::weld::weld;
 use crate::geometry::{Aabb, Bvh, Mesh, Point3, Vector3};
+use crate::io::LARGEST_COORDINATE_MM;
 use crate::plan::{CadSide, Side};
 use crate::run::RunContext;
 
@@ -62,6 +63,18 @@ pub(super) fn check(mesh: &Mesh) -> Result<f64, Diagnostic> {
     if let Some(k) = mesh.vertices.iter().position(|v| !v.coords.iter().all(|c| c.is_finite())) {
         return Err(Diagnostic::error(format!("vertex {} of the CAD is not a finite position", k + 1))
             .with_help("export the CAD again"));
+    }
+    let far = |v: &Point3| v.coords.amax() > LARGEST_COORDINATE_MM;
+    if let Some((k, v)) = mesh.vertices.iter().enumerate().find(|(_, v)| far(v)) {
+        let message = format!(
+            "vertex {} of the CAD at [{}, {}, {}] mm, expected coordinates between -{LARGEST_COORDINATE_MM:.0} and {LARGEST_COORDINATE_MM:.0} mm",
+            k + 1,
+            v.x,
+            v.y,
+            v.z
+        );
+        return Err(Diagnostic::error(message)
+            .with_help("check `unit` under [cad] in the plan, and whether the CAD is damaged"));
     }
     let count = mesh.vertices.len();
     if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {

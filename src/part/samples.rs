@@ -30,6 +30,9 @@ pub(super) fn spread(mesh: &Mesh) -> Vec<FaceSample> {
     }
     // Saturation density 0.547 / (pi r^2 / 4) = wanted / area, then a little less radius, because candidates end before saturation.
     let radius = 0.93 * (4.0 * 0.547 * area / (std::f64::consts::PI * WANTED as f64)).sqrt();
+    // Cells are counted from the mesh; of a surface next to a line the discs would be too small to be counted.
+    let Some(bounds) = mesh.bounds() else { return Vec::new() };
+    let radius = radius.max(1e-6 * bounds.diagonal());
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut grid = Grid { first: HashMap::default(), next: Vec::new() };
     let mut samples: Vec<FaceSample> = Vec::with_capacity(WANTED);
@@ -39,7 +42,7 @@ pub(super) fn spread(mesh: &Mesh) -> Vec<FaceSample> {
         let triangle = up_to.partition_point(|sum| *sum <= at).min(up_to.len() - 1);
         let Some(normal) = mesh.normal(triangle) else { continue };
         let point = on_triangle(&mesh.corners(triangle), a, b);
-        let cell = [0, 1, 2].map(|k| (point[k] / radius).floor() as i64);
+        let cell = [0, 1, 2].map(|k| ((point[k] - bounds.min[k]) / radius).floor() as i64);
         if !grid.holds_any(&cell, |k| (samples[k].point - point).norm_squared() < radius * radius) {
             grid.add(cell);
             samples.push(FaceSample { point, normal });

@@ -275,6 +275,8 @@ fn what_cannot_be_a_part_is_refused_with_help() {
     let cases = [
         (Mesh::default(), "no triangles"),
         (one(vec![p(0.0, 0.0), p(f64::NAN, 0.0), p(0.0, 9.0)], vec![[0, 1, 2]]), "vertex 2"),
+        (one(vec![p(1e30, 0.0), p(1e30, 90.0), p(1e30, 100.0)], vec![[0, 1, 2]]), "vertex 1 of the CAD at"),
+        (one(vec![p(0.0, 0.0), p(9.0, 0.0), p(9.0, -1_000_001.0)], vec![[0, 1, 2]]), "vertex 3 of the CAD at"),
         (one(vec![p(0.0, 0.0), p(9.0, 0.0)], vec![[0, 1, 2]]), "not there"),
         (one(vec![p(0.0, 0.0), p(0.01, 0.0), p(0.0, 0.01)], vec![[0, 1, 2]]), "across"),
         (one(vec![p(0.0, 0.0), p(9.0, 0.0), p(5.0, 0.0)], vec![[0, 1, 2]]), "area"),
@@ -284,6 +286,24 @@ fn what_cannot_be_a_part_is_refused_with_help() {
         let result = Part::prepare(mesh, String::new(), &settings(CadSide::Top, 1.0), &RunContext::silent());
         let Err(ReadError::Bad(diagnostic)) = result else { panic!("accepted: {words}") };
         assert!(diagnostic.message.contains(words) && diagnostic.help.is_some(), "{diagnostic}");
+    }
+}
+
+/// A needle a kilometre off: its area would put samples closer than numbers can count.
+#[test]
+fn a_surface_next_to_a_line_is_prepared_without_panic() {
+    for height in [1e-5, 1e-30, 1e-300] {
+        for far in [0.0, 9e5] {
+            let vertices =
+                vec![Point3::new(far, far, 0.0), Point3::new(far + 9.0, far, 0.0), Point3::new(far + 5.0, far, height)];
+            let mesh = Mesh { vertices, triangles: vec![[0, 1, 2]] };
+            let settings = settings(CadSide::Top, 1.0);
+            match Part::prepare(mesh, String::new(), &settings, &RunContext::silent()) {
+                Ok(part) => assert!(part.face(Side::Top).samples.iter().all(|s| s.point.coords.amax() < 1e6)),
+                Err(ReadError::Bad(diagnostic)) => assert!(diagnostic.message.contains("area"), "{diagnostic}"),
+                Err(other) => panic!("{other}"),
+            }
+        }
     }
 }
 
