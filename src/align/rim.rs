@@ -148,21 +148,22 @@ impl<'a> RimLock<'a> {
     }
 }
 
+/// Length of a chain. A closed one repeats its first point at its end; an open one has no side between its ends.
 fn loop_length(rim: &[Point3]) -> f64 {
-    (0..rim.len()).map(|k| (rim[(k + 1) % rim.len()] - rim[k]).norm()).sum()
+    rim.windows(2).map(|side| (side[1] - side[0]).norm()).sum()
 }
 
-/// Places at equal steps along a closed polygon, with the direction of the side they lie on.
+/// Places at equal steps along a chain, with the direction of the side they lie on.
 fn walk(rim: &[Point3], step: f64) -> Vec<(Point3, Vector3)> {
     let count = (loop_length(rim) / step).floor().max(3.0);
     let step = loop_length(rim) / count;
     let mut places = Vec::new();
     let mut until = 0.5 * step;
-    for k in 0..rim.len() {
-        let side = rim[(k + 1) % rim.len()] - rim[k];
+    for ends in rim.windows(2) {
+        let side = ends[1] - ends[0];
         let length = side.norm();
         while until < length {
-            places.push((rim[k] + side * (until / length), side / length));
+            places.push((ends[0] + side * (until / length), side / length));
             until += step;
         }
         until -= length;
@@ -179,4 +180,24 @@ fn rim_place(face: &Face, at: Point3, along: Vector3, up: &Vector3) -> Option<Ri
     // The surface lies on the left of a loop's direction.
     let outwards = along.cross(&normal).try_normalize(1e-9)?;
     Some(RimPlace { at, normal, outwards, along })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three sides of a square of 30 mm: the fourth is there only when the chain comes back to its first point.
+    #[test]
+    fn an_open_chain_is_not_closed() {
+        let mut chain: Vec<Point3> =
+            [[0.0, 0.0], [30.0, 0.0], [30.0, 30.0], [0.0, 30.0]].map(|[x, y]| Point3::new(x, y, 0.0)).to_vec();
+        let on_fourth = |places: &[(Point3, Vector3)]| places.iter().filter(|(p, _)| p.x < 1e-9).count();
+        assert_eq!(loop_length(&chain), 90.0);
+        let open = walk(&chain, 3.0);
+        assert_eq!((open.len(), on_fourth(&open)), (30, 0));
+        chain.push(chain[0]);
+        assert_eq!(loop_length(&chain), 120.0);
+        let closed = walk(&chain, 3.0);
+        assert_eq!((closed.len(), on_fourth(&closed)), (40, 10));
+    }
 }
