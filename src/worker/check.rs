@@ -1,11 +1,10 @@
 //! Everything that can be told of a plan before a scan is there: the plan, its CAD, its folders, what it can be expected to
 //! measure. What is wrong in one place keeps nothing else from being looked at.
 
-use super::examine::{prepare_part, settings_for};
+use super::examine::{prepare_cad, prepare_part, settings_for};
 use super::results::ending_of;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::inspect::{Outlook, axis_reading_warning, check_draft};
-use crate::part;
 use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
 use crate::report::{atomic, sequence};
 use crate::run::{Cancelled, RunContext};
@@ -44,7 +43,7 @@ fn against_cad(loaded: &Loaded, run: &RunContext) -> Result<Vec<Diagnostic>, Can
     // Places are compared with the CAD's own surface: where [part] does not tell, the sheet may be of any thickness.
     let prepared_as = |cad_side, thickness_mm| {
         let settings = settings_for(cad_side, thickness_mm, &draft.features, &draft.comparison);
-        part::load_or_prepare(cad, &settings, None, run)
+        prepare_cad(cad, &settings, None, run)
     };
     let prepared = match (&loaded.plan, &draft.part) {
         (Some(plan), _) => prepare_part(plan, run).map(|(part, _)| part),

@@ -5,7 +5,7 @@ use crate::diagnostic::{Diagnostic, ReadError, Refusal};
 use crate::inspect::{self, Identity, Inspected, Outcome};
 use crate::io;
 use crate::part::{self, CacheUse, Part, PartSettings};
-use crate::plan::{CadSide, ComparisonPoint, Feature, Plan};
+use crate::plan::{CadSettings, CadSide, ComparisonPoint, Feature, Plan};
 use crate::run::{Cancelled, RunContext, Stage};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -91,13 +91,8 @@ impl Examiner {
 
     /// The result of a scan at which the program itself failed.
     pub(super) fn broken(&self, scan: &Path, sha256: Option<String>, panic: &(dyn std::any::Any + Send)) -> Inspected {
-        let words = panic
-            .downcast_ref::<String>()
-            .map(String::as_str)
-            .or_else(|| panic.downcast_ref::<&str>().copied())
-            .unwrap_or("no further words");
         let refusal = Refusal::new(
-            format!("an internal fault stopped the inspection: {words}"),
+            format!("an internal fault stopped the inspection: {}", words_of(panic)),
             "keep this scan and send it to the maintainers; the sequence goes on",
         );
         self.refuse(scan, sha256, refusal)
@@ -139,11 +134,32 @@ fn refusal_of(diagnostic: &Diagnostic) -> Refusal {
     Refusal::new(format!("{place}{}", diagnostic.message), help)
 }
 
+/// What a panic said.
+fn words_of(panic: &(dyn std::any::Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no further words")
+}
+
 /// Prepares the plan's CAD, from its cache where that is good.
 pub fn prepare_part(plan: &Plan, run: &RunContext) -> Result<(Part, CacheUse), ReadError> {
-    run.enter(Stage::Prepare)?;
-    let cache = part::cache_path(&plan.cad.path);
-    part::load_or_prepare(&plan.cad, &part_settings(plan), Some(&cache), run)
+    prepare_cad(&plan.cad, &part_settings(plan), Some(&part::cache_path(&plan.cad.path)), run)
+}
+
+/// The same from what a plan tells of its CAD. A panic becomes an error that names the CAD.
+pub(super) fn prepare_cad(
+    cad: &CadSettings,
+    settings: &PartSettings,
+    cache_file: Option<&Path>,
+    run: &RunContext,
+) -> Result<(Part, CacheUse), ReadError> {
+    let prepared = catch_unwind(AssertUnwindSafe(|| part::load_or_prepare(cad, settings, cache_file, run)));
+    prepared.unwrap_or_else(|panic| {
+        let message = format!("an internal fault stopped the preparation of the CAD: {}", words_of(&*panic));
+        Err(Diagnostic::error(message)
+            .in_file(&cad.path)
+            .with_help("export the CAD again, or otherwise; keep this file and send it to the maintainers")
+            .into())
+    })
 }
 
 /// What of a plan the prepared CAD depends on.
@@ -164,5 +180,27 @@ pub(super) fn settings_for(
         cad_side,
         thickness_mm,
         plan_directions: features.chain(points).map(|g| (g.position(), g.sheet_normal())).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::LengthUnit;
+    use crate::run::CancelToken;
+
+    /// A listener that fails stands for any fault on the way.
+    #[test]
+    fn a_panic_while_the_cad_is_prepared_is_an_error_that_names_it() {
+        let cad = CadSettings { file: "odd.stl".into(), path: "odd.stl".into(), unit: LengthUnit::Mm };
+        let settings = settings_for(CadSide::Top, 1.0, &[], &[]);
+        let stop = CancelToken::default();
+        let run = RunContext::new(&stop, &|_| panic!("odd triangle"));
+        let Err(ReadError::Bad(diagnostic)) = prepare_cad(&cad, &settings, None, &run) else {
+            panic!("must be an error")
+        };
+        let told = diagnostic.to_string();
+        assert!(told.starts_with("error: odd.stl: an internal fault") && told.contains("odd triangle"), "{told}");
+        assert!(diagnostic.help.is_some());
     }
 }
