@@ -5,7 +5,9 @@
 //! `lock · (T measured - nominal) = 0`, solved by Gauss-Newton; six independent rows are met exactly, more in the sense
 //! of least squares.
 //!
-//! Everything is in the CAD frame as the current pose has it; the answer is the motion `corrected_from_current`.
+//! Everything is in the CAD frame as the current pose has it; the answer is the motion `corrected_from_current`. It is
+//! solved about the nominal hole, or the middle of the locks: however far from the CAD's origin the part was drawn, the numbers
+//! at hand are of its size, and so is their rounding, which tells where an iteration has to end.
 
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
 use nalgebra::{DMatrix, DVector, Translation3, UnitQuaternion, Vector6};
@@ -66,16 +68,44 @@ pub enum DatumError {
 /// The least lever of the surface point about the datum line, mm per rad along the surface normal.
 const LEAST_LEVER_MM: f64 = 1.0;
 
+/// Rounding of lengths of a size, after a few dozen operations, mm.
+fn rounding_mm(size_mm: f64) -> f64 {
+    32.0 * f64::EPSILON * size_mm
+}
+
+/// A motion told about another origin, in the frame of which that origin is given.
+fn about(origin: &Point3, motion: &Isometry3) -> Isometry3 {
+    let shift = origin.coords + motion.translation.vector - motion.rotation * origin.coords;
+    Isometry3::from_parts(Translation3::from(shift), motion.rotation)
+}
+
 /// Solves the paper's scheme exactly.
 pub fn solve_hole_line_point(d: &HoleLinePoint) -> Result<Isometry3, DatumError> {
+    let origin = d.hole_nominal;
+    let here = |p: &Point3| Point3::from(p - origin);
+    let local = HoleLinePoint {
+        hole_measured: here(&d.hole_measured),
+        hole_nominal: Point3::origin(),
+        surface_measured: MeasuredPlane { point: here(&d.surface_measured.point), ..d.surface_measured },
+        surface_nominal: here(&d.surface_nominal),
+        ..*d
+    };
+    solve_about_hole(&local).map(|motion| about(&origin, &motion))
+}
+
+/// The same where the nominal hole is the origin.
+fn solve_about_hole(d: &HoleLinePoint) -> Result<Isometry3, DatumError> {
     let align = UnitQuaternion::rotation_between(&d.line_measured, &d.line_nominal).unwrap_or_else(|| {
         let side = any_perpendicular(&d.line_nominal);
         UnitQuaternion::from_axis_angle(&side, std::f64::consts::PI)
     });
     let to_nominal = |rotation: UnitQuaternion<f64>| {
-        let shift = d.hole_nominal.coords - rotation * d.hole_measured.coords;
+        let shift = -(rotation * d.hole_measured.coords);
         Isometry3::from_parts(Translation3::from(shift), rotation)
     };
+    let size_mm =
+        d.hole_measured.coords.norm() + d.surface_measured.point.coords.norm() + d.surface_nominal.coords.norm();
+    let exact_mm = rounding_mm(size_mm).max(1e-12);
     let mut angle = 0.0;
     for _ in 0..50 {
         let turn = UnitQuaternion::from_axis_angle(&d.line_nominal, angle);
@@ -84,11 +114,11 @@ pub fn solve_hole_line_point(d: &HoleLinePoint) -> Result<Isometry3, DatumError>
         let normal = motion * d.surface_measured.normal.into_inner();
         let gap = (point - d.surface_nominal).dot(&normal);
         // d/dangle of (point - nominal)·normal: both turn about the line through the hole.
-        let lever = d.line_nominal.cross(&(d.surface_nominal - d.hole_nominal)).dot(&normal);
+        let lever = d.line_nominal.cross(&d.surface_nominal.coords).dot(&normal);
         if lever.abs() < LEAST_LEVER_MM {
             return Err(DatumError::NoLever { lever_mm: lever.abs(), needed_mm: LEAST_LEVER_MM });
         }
-        if gap.abs() < 1e-12 {
+        if gap.abs() < exact_mm {
             return Ok(motion);
         }
         angle -= gap / lever;
@@ -115,15 +145,25 @@ pub struct LockRow {
 
 /// Solves any set of locks. Rotations are scaled by `length_mm` (the part's size), so that the condition has a meaning.
 pub fn solve_locks(rows: &[LockRow], length_mm: f64) -> Result<Isometry3, DatumError> {
+    let sum = rows.iter().fold(Vector3::zeros(), |sum, r| sum + r.nominal.coords);
+    let middle = Point3::from(sum / rows.len().max(1) as f64);
+    let here = |p: &Point3| Point3::from(p - middle);
+    let local: Vec<LockRow> =
+        rows.iter().map(|r| LockRow { measured: here(&r.measured), nominal: here(&r.nominal), lock: r.lock }).collect();
+    solve_about_middle(&local, length_mm).map(|motion| about(&middle, &motion))
+}
+
+/// The same where the middle of the nominal places is the origin.
+fn solve_about_middle(rows: &[LockRow], length_mm: f64) -> Result<Isometry3, DatumError> {
     let mut motion = Isometry3::identity();
-    let centre = rows.iter().fold(Vector3::zeros(), |sum, r| sum + r.nominal.coords) / rows.len().max(1) as f64;
+    let size_mm = rows.iter().map(|r| r.measured.coords.norm() + r.nominal.coords.norm()).fold(length_mm, f64::max);
     const STEPS: usize = 50;
     for _ in 0..STEPS {
         let mut matrix = DMatrix::zeros(rows.len().max(6), 6);
         let mut right = DVector::zeros(rows.len().max(6));
         for (k, row) in rows.iter().enumerate() {
             let point = motion * row.measured;
-            let turn = (point.coords - centre).cross(&row.lock) / length_mm;
+            let turn = point.coords.cross(&row.lock) / length_mm;
             for c in 0..3 {
                 matrix[(k, c)] = row.lock[c];
                 matrix[(k, c + 3)] = turn[c];
@@ -143,10 +183,10 @@ pub fn solve_locks(rows: &[LockRow], length_mm: f64) -> Result<Isometry3, DatumE
         };
         let turn = Vector3::new(step[3], step[4], step[5]) / length_mm;
         let shift = Vector3::new(step[0], step[1], step[2]);
-        let rotation = UnitQuaternion::from_scaled_axis(turn);
-        let about_centre = centre + shift - rotation * centre;
-        motion = Isometry3::from_parts(Translation3::from(about_centre), rotation) * motion;
-        if shift.norm() + turn.norm() * length_mm < 1e-11 {
+        motion = Isometry3::from_parts(Translation3::from(shift), UnitQuaternion::from_scaled_axis(turn)) * motion;
+        // Locks that hold a motion weakly pass the rounding on so many times larger.
+        let weakest = svd.singular_values.min();
+        if shift.norm() + turn.norm() * length_mm < (rounding_mm(size_mm) * largest / weakest).max(1e-11) {
             return Ok(motion);
         }
     }
@@ -215,6 +255,47 @@ mod tests {
         assert!(back.rotation.angle() < 1e-12, "{}", back.rotation.angle());
         for corner in [Point3::new(150.0, 100.0, 0.0), Point3::new(-150.0, 100.0, 30.0)] {
             assert!((back * corner - corner).norm() < 1e-9);
+        }
+    }
+
+    /// A part drawn a hundred metres from the CAD's origin is held as well as one at it. Places there are told to 1.5e-11 mm
+    /// (f64 at 1e5 mm), which a lever of ten makes 1.5e-10 mm and a rotation 1e-12 rad; at 1e5 mm those are 1e-7 mm in the
+    /// motion's shift, not at the part.
+    #[test]
+    fn the_distance_of_the_part_from_the_origin_does_not_matter() {
+        let normal = UnitVector3::new_normalize(Vector3::new(0.1, -0.05, 1.0));
+        let at = |p: [f64; 3], away: &Vector3| Point3::from(p) + away;
+        for k in 0..60 {
+            let size = 1e5 * f64::from(k) / 59.0;
+            let away = Vector3::new(1.0, -0.7 + 0.02 * f64::from(k), 0.37) * size;
+            let [hole, slot, point] = [[-76.0, 56.0, 4.1], [72.0, -54.0, 3.0], [10.0, 40.0, 8.0]].map(|p| at(p, &away));
+            // As planted, but about the part.
+            let planted = Translation3::from(away) * planted() * Translation3::from(-away);
+            let surface_measured = MeasuredPlane { point: planted * point, normal: planted * normal };
+            let motion = solve_hole_line_point(&HoleLinePoint {
+                hole_measured: planted * hole,
+                hole_nominal: hole,
+                line_measured: UnitVector3::new_normalize(planted * (slot - hole)),
+                line_nominal: UnitVector3::new_normalize(slot - hole),
+                surface_measured,
+                surface_nominal: point,
+            });
+            let motion = motion.unwrap_or_else(|e| panic!("{size} mm away: {e}"));
+            let three = three_two_one(&Isometry3::identity()).into_iter().map(|row| {
+                let nominal = row.nominal + away;
+                LockRow { measured: planted * nominal, nominal, lock: row.lock }
+            });
+            let rows: Vec<LockRow> = three.collect();
+            let held = solve_locks(&rows, 250.0).unwrap_or_else(|e| panic!("{size} mm away: {e}"));
+            for corner in [[150.0, 100.0, 0.0], [-150.0, 100.0, 30.0]].map(|p| at(p, &away)) {
+                for back in [motion * planted, held * planted] {
+                    assert!(
+                        (back * corner - corner).norm() < 1e-8,
+                        "{size} mm away: {}",
+                        (back * corner - corner).norm()
+                    );
+                }
+            }
         }
     }
 
