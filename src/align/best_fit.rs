@@ -16,16 +16,18 @@ use super::pose::{BestFit, PoseUncertainty};
 use super::pose_search;
 use super::refuse;
 use super::rim::{DenseIndex, RimLock};
+use super::rounds::{corners, furthest_mm};
 use super::sampling::WorkCloud;
 use super::template::{Detail, Template};
 use super::view::{View, directions};
 use crate::diagnostic::{Rivals, Stop};
-use crate::geometry::{CadFromScan, Point3};
+use crate::geometry::{CadFromScan, Isometry3, Point3};
 use crate::part::Part;
 use crate::plan::Side;
 use crate::run::RunContext;
 use crate::scan::ConditionedScan;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 /// The margin below which a scan is refused.
 pub const MARGIN_LIMIT: f64 = 1.5;
@@ -51,11 +53,15 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
     refuse::wrong_size(part, &cloud.dense)?;
     let mut found = align(part, scan, &cloud, run);
     if view.both_ends {
-        // Nobody knows from which end of z the sheet was seen: the face that fits better is the answer.
+        // Nobody knows from which end of z the sheet was seen: the face that clearly fits better is the answer.
         let flipped = cloud.flipped();
         let other = align(part, scan, &flipped, run);
         found = match (found, other) {
-            (Ok(a), Ok(b)) => Ok(if b.registered.rms_mm < a.registered.rms_mm { b } else { a }),
+            (Ok(a), Ok(b)) => match evidence::better(&a.residuals, &b.residuals, MARGIN_LIMIT) {
+                Some(Ordering::Less) => Ok(a),
+                Some(_) => Ok(b),
+                None => Err(refuse::without_face([a.registered.rms_mm, b.registered.rms_mm]).into()),
+            },
             (Err(Stop::Refused(_)), Ok(b)) => Ok(b),
             (a, _) => a,
         };
@@ -74,6 +80,8 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
         poses_tried: found.poses_tried,
         to_camera_scan: view.to_camera_scan,
         uncertainty: found.uncertainty,
+        converged: found.settled,
+        unfinished_mm: found.unfinished_mm,
     })
 }
 
@@ -83,6 +91,10 @@ struct Found {
     side: Side,
     registered: Registered,
     uncertainty: PoseUncertainty,
+    settled: bool,
+    unfinished_mm: f64,
+    /// Distances of some points, the same for both ends of the view, from the face.
+    residuals: Vec<f64>,
     margin: f64,
     poses_tried: usize,
 }
@@ -148,12 +160,18 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let every_point = DenseIndex::build(&cloud.dense, raster(f64::max(2.0, diagonal / 500.0)), per_mm2);
     // Errors of neighbouring points reach a few spacings.
     let cell_mm = (8.0 * scan.spacing_mm).max(diagonal / 40.0);
-    let (registered, uncertainty) = polish(part, cloud, &every_point, winner, cell_mm, run)?;
+    let polished = polish(part, cloud, &every_point, winner, cell_mm, run)?;
+    let Polished { registered, uncertainty, settled, unfinished_mm } = polished;
+    let fine = cloud.subset(FINE_POINTS);
+    let residuals = distances(part.face(winner.side), &fine, &registered.cad_from_work, RESIDUAL_LIMIT_MM);
     Ok(Found {
         cad_from_scan: CadFromScan::new(registered.cad_from_work * cloud.work_from_scan),
         side: winner.side,
         registered,
         uncertainty,
+        settled,
+        unfinished_mm,
+        residuals,
         margin: outcome.contest.margin,
         poses_tried,
     })
@@ -317,7 +335,7 @@ fn polish(
     winner: &Candidate,
     cell_mm: f64,
     run: &RunContext,
-) -> Result<(Registered, PoseUncertainty), Stop> {
+) -> Result<Polished, Stop> {
     let face = part.face(winner.side);
     let weak = winner.registered.as_ref().is_none_or(|r| r.weakest_mm > candidates::WEAK_MM);
     let width_mm = winner.registered.as_ref().map_or(4.0, |r| 1.5 * r.width_mm);
@@ -353,5 +371,49 @@ fn polish(
     for motion in motions.ok_or_else(refuse::nothing_fits)? {
         uncertainty.add(motion);
     }
-    Ok((registered, uncertainty))
+    let corners = corners(&part.bounds);
+    let unfinished = registered.unfinished.ok_or_else(refuse::nothing_fits)?;
+    let negligible = registered.final_width && is_negligible(&unfinished, &corners, &uncertainty);
+    uncertainty.add(unfinished);
+    Ok(Polished {
+        settled: registered.converged || negligible,
+        unfinished_mm: furthest_mm(&corners, &unfinished),
+        registered,
+        uncertainty,
+    })
+}
+
+/// A motion below this is none for anybody who measures sheet metal, mm, however certain exact points may be.
+const NEGLIGIBLE_MM: f64 = 1e-3;
+
+/// Whether a motion that was left undone moves every point by less than it is uncertain anyway. Beyond that the iteration and
+/// not the scan would decide what U is.
+fn is_negligible(unfinished: &Isometry3, points: &[Point3], uncertainty: &PoseUncertainty) -> bool {
+    points.iter().all(|p| (unfinished * p - p).norm() <= uncertainty.anywhere_at(p).max(NEGLIGIBLE_MM))
+}
+
+/// The last registration of a pose.
+struct Polished {
+    registered: Registered,
+    uncertainty: PoseUncertainty,
+    settled: bool,
+    unfinished_mm: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vector3;
+
+    #[test]
+    fn what_was_left_undone_counts_beside_what_is_uncertain() {
+        let mut uncertainty = PoseUncertainty::none(Point3::origin());
+        let points = [Point3::new(200.0, 0.0, 0.0), Point3::new(-200.0, 0.0, 0.0)];
+        let turned = |rad: f64| Isometry3::rotation(Vector3::z() * rad);
+        assert!(is_negligible(&turned(4e-6), &points, &uncertainty));
+        assert!(!is_negligible(&turned(6e-6), &points, &uncertainty));
+        uncertainty.add(Isometry3::translation(0.01, 0.0, 0.0));
+        assert!(is_negligible(&turned(4.9e-5), &points, &uncertainty));
+        assert!(!is_negligible(&turned(5.1e-5), &points, &uncertainty));
+    }
 }

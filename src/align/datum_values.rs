@@ -3,7 +3,7 @@
 use super::datum::{DatumError, HoleLinePoint, LockRow, MeasuredPlane, solve_hole_line_point, solve_locks};
 use super::pose::PoseUncertainty;
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
-use crate::plan::{AlignmentMethod, Feature, Geometry, RpsLock, SlotReading};
+use crate::plan::{AlignmentMethod, Feature, Geometry, RpsLock, SlotReading, UncertaintySettings};
 use nalgebra::UnitQuaternion;
 
 /// What a plan holds a part by.
@@ -24,6 +24,31 @@ pub struct DatumErrors {
     pub shifts: Vec<Vector3>,
     /// Independent turns of a slot's long axis, rad, as rotation vectors.
     pub turns: Vec<Vector3>,
+    /// What the calibrated edge offset's uncertainty moves an edge by, mm; 0 for the others, whose rims it moves all round.
+    pub edge_offset: Vector3,
+}
+
+impl DatumErrors {
+    /// With what the scan itself cannot show and the plan's `[uncertainty]` tells. The measuring system may be off in any
+    /// direction at every datum; the ends of a slot, whose middles are its length less its width apart, differ by that error
+    /// twice, and its axis turns.
+    #[must_use]
+    pub fn with_settings(mut self, geometry: &Geometry, settings: &UncertaintySettings) -> Self {
+        let UncertaintySettings { system_mm, edge_offset_u_mm, .. } = *settings;
+        if system_mm > 0.0 {
+            self.shifts.extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis * system_mm));
+        }
+        match geometry {
+            Geometry::Slot { axis, direction, length_mm, width_mm, .. } if system_mm > 0.0 => {
+                let apart_mm = (length_mm - width_mm).max(0.1 * length_mm);
+                let turn_rad = std::f64::consts::SQRT_2 * system_mm / apart_mm;
+                self.turns.extend([axis.into_inner() * turn_rad, axis.cross(direction) * turn_rad]);
+            }
+            Geometry::Edge { direction, .. } => self.edge_offset = direction.into_inner() * edge_offset_u_mm,
+            _ => {}
+        }
+        self
+    }
 }
 
 /// One datum feature as the alignment sees it. CAD frame.
@@ -75,8 +100,16 @@ pub(super) fn datum_indices(method: &AlignmentMethod) -> Vec<usize> {
 /// One error of one datum, to see what it does to the pose.
 #[derive(Clone, Copy)]
 enum Nudge {
-    Shift { datum: usize, by: Vector3 },
-    Turn { datum: usize, by: Vector3 },
+    Shift {
+        datum: usize,
+        by: Vector3,
+    },
+    Turn {
+        datum: usize,
+        by: Vector3,
+    },
+    /// Every edge by what its offset may be off.
+    EdgeOffsets,
 }
 
 /// The motion that brings the datums, in the order of `datum_indices`, to their nominal places.
@@ -87,6 +120,7 @@ pub(super) fn solve(datums: Datums, values: &[DatumValue]) -> Result<Isometry3, 
 fn solve_nudged(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Result<Isometry3, DatumError> {
     let position = |k: usize| match nudge {
         Some(Nudge::Shift { datum, by }) if datum == k => values[k].position + by,
+        Some(Nudge::EdgeOffsets) => values[k].position + values[k].errors.edge_offset,
         _ => values[k].position,
     };
     let features = datums.features;
@@ -161,6 +195,16 @@ pub(super) fn pose_uncertainty(
             known.add(solve_nudged(datums, values, Some(nudge))? * back);
         }
     }
+    let edges = values.iter().enumerate().filter(|(_, value)| value.errors.edge_offset != Vector3::zeros());
+    let each: Vec<Isometry3> = edges
+        .map(|(datum, value)| {
+            let by = value.errors.edge_offset;
+            Ok(solve_nudged(datums, values, Some(Nudge::Shift { datum, by }))? * back)
+        })
+        .collect::<Result<_, DatumError>>()?;
+    if !each.is_empty() {
+        known.set_edge_offset(each, solve_nudged(datums, values, Some(Nudge::EdgeOffsets))? * back);
+    }
     Ok(known)
 }
 
@@ -222,9 +266,11 @@ mod tests {
     fn a_leaning_axis_lifts_the_far_end() {
         let plan = plan(SlotReading::Axis);
         let errors = |geometry: &Geometry| match geometry {
-            Geometry::Slot { axis, direction, .. } => {
-                DatumErrors { shifts: vec![Vector3::new(0.3, 0.3, 0.3)], turns: vec![axis.cross(direction) * 1e-3] }
-            }
+            Geometry::Slot { axis, direction, .. } => DatumErrors {
+                shifts: vec![Vector3::new(0.3, 0.3, 0.3)],
+                turns: vec![axis.cross(direction) * 1e-3],
+                ..DatumErrors::default()
+            },
             _ => DatumErrors::default(),
         };
         let pose = expected_pose_uncertainty(datums(&plan), errors).unwrap();
@@ -237,5 +283,88 @@ mod tests {
         // Turning about the axis, which keeps the surface point in its place, does not move a point on it; second order is 1e-4.
         assert!((pose.at(&far, axis) - 0.150).abs() < 1e-3, "{}", pose.at(&far, axis));
         assert!(pose.at(centre, axis) < 1e-9);
+    }
+
+    /// The measuring system's error at the hole moves the part as it is; that at the hole and at the slot turns it, which far out
+    /// on their line past the slot is levered.
+    #[test]
+    fn the_measuring_systems_error_is_levered_by_the_datums() {
+        let plan = plan(SlotReading::CentreLine);
+        let settings = UncertaintySettings { system_mm: 0.03, ..UncertaintySettings::default() };
+        let errors = |geometry: &Geometry| DatumErrors::default().with_settings(geometry, &settings);
+        let pose = expected_pose_uncertainty(datums(&plan), errors).unwrap();
+        let [hole, slot] = [0, 1].map(|k| plan.features[k].geometry.position());
+        let along = (slot - hole).normalize();
+        let across = along.cross(&plan.features[0].geometry.sheet_normal()).normalize();
+        // About the hole: as much as it is off itself, in every direction.
+        for direction in [along, across, along.cross(&across)] {
+            assert!((pose.at(&hole, &direction) - 0.03).abs() < 1e-4, "{}", pose.at(&hole, &direction));
+        }
+        // At twice the distance to the slot: -1 times the hole's error and twice the slot's. Second order is 1e-6; the turn about
+        // the line leaves a point on it.
+        let far = hole + (slot - hole) * 2.0;
+        assert!((pose.at(&far, &across) - 0.03 * 5_f64.sqrt()).abs() < 1e-4, "{}", pose.at(&far, &across));
+        let axis = self::plan(SlotReading::Axis);
+        let pose = expected_pose_uncertainty(datums(&axis), errors).unwrap();
+        let Geometry::Slot { direction, length_mm, width_mm, axis, .. } = &axis.features[1].geometry else {
+            panic!("S1 is second")
+        };
+        let far = hole + direction.into_inner() * 150.0;
+        let turn = 2_f64.sqrt() * 0.03 / (length_mm - width_mm);
+        let in_sheet = axis.cross(direction);
+        let expected = 0.03_f64.hypot(150.0 * turn);
+        assert!((pose.at(&far, &in_sheet) - expected).abs() < 1e-3 * expected, "{}", pose.at(&far, &in_sheet));
+    }
+
+    /// A plate held by three surface points, two edges of one side and one of another.
+    fn held_by_edges() -> (AlignmentMethod, Vec<Feature>) {
+        let z = Vector3::z_axis();
+        let surface = |x: f64, y: f64| Geometry::Surface { position: Point3::new(x, y, 0.0), direction: z };
+        let edge = |x: f64, y: f64, direction: UnitVector3| Geometry::Edge {
+            position: Point3::new(x, y, 0.0),
+            direction,
+            normal: z,
+        };
+        let geometries = [
+            surface(10.0, 10.0),
+            surface(190.0, 10.0),
+            surface(10.0, 90.0),
+            edge(20.0, 0.0, -Vector3::y_axis()),
+            edge(180.0, 0.0, -Vector3::y_axis()),
+            edge(0.0, 50.0, -Vector3::x_axis()),
+        ];
+        let locks = geometries.iter().enumerate().map(|(feature, geometry)| RpsLock {
+            feature,
+            lock: match geometry {
+                Geometry::Edge { direction, .. } => *direction,
+                _ => z,
+            },
+        });
+        let locks = locks.collect();
+        let named = geometries.into_iter().enumerate().map(|(k, geometry)| Feature {
+            name: format!("P{k}"),
+            geometry,
+            line: 1,
+        });
+        (AlignmentMethod::Rps(locks), named.collect())
+    }
+
+    /// Two edges of one side, off by the same offset, shift the part by it: the edge opposite then tells it twice.
+    #[test]
+    fn the_edge_offsets_error_shifts_a_part_that_edges_hold() {
+        let (method, features) = held_by_edges();
+        let datums = Datums { method: &method, features: &features, length_mm: 200.0 };
+        let settings = UncertaintySettings { edge_offset_u_mm: 0.05, ..UncertaintySettings::default() };
+        let errors = |geometry: &Geometry| DatumErrors::default().with_settings(geometry, &settings);
+        let pose = expected_pose_uncertainty(datums, errors).unwrap();
+        let opposite = Point3::new(100.0, 100.0, 0.0);
+        assert!((pose.at(&opposite, &Vector3::y()) - 0.05).abs() < 1e-5, "{}", pose.at(&opposite, &Vector3::y()));
+        let with_own = pose.edge_offset_mm(&opposite, &Vector3::y(), 0.05);
+        assert!((with_own - 0.1).abs() < 1e-5, "{with_own}");
+        // Two edges that are off by themselves turn the part: far out on their line, sqrt(2.25² + 1.25²) of one's error.
+        let far = Point3::new(380.0, 0.0, 0.0);
+        let levered = 0.05 * 2.25_f64.hypot(1.25);
+        assert!((pose.at(&far, &Vector3::y()) - levered).abs() < 1e-4, "{}", pose.at(&far, &Vector3::y()));
+        assert!(pose.at(&opposite, &Vector3::z()) < 1e-9);
     }
 }

@@ -71,8 +71,13 @@ pub(super) struct Registered {
     pub rms_mm: f64,
     /// Points within the width / points.
     pub inlier_ratio: f64,
-    /// Furthest motion of the last step, mm.
-    pub last_step_mm: f64,
+    /// Whether it ended because nothing moved any more, in the final width, and not because its steps ran out.
+    pub converged: bool,
+    /// Whether the width had come to its end, to a hundredth.
+    pub final_width: bool,
+    /// What its steps left undone, CAD frame: the last of them, as often as it would be repeated if each were shorter than the
+    /// one before by the same ratio for ever. `None` where no step could be made.
+    pub unfinished: Option<Isometry3>,
     /// Standard deviation of the least certain motion (mm at half the points' extent) that 600 points with residuals of
     /// 0.1 mm would leave, from the surface alone.
     pub weakest_mm: f64,
@@ -168,10 +173,13 @@ pub(super) fn register(
         scale_mm: f64::NAN,
         rms_mm: f64::NAN,
         inlier_ratio: 0.0,
-        last_step_mm: f64::INFINITY,
+        converged: false,
+        final_width: false,
+        unfinished: None,
         weakest_mm: f64::INFINITY,
     };
     let extent = half_extent(points);
+    let mut last_moved = f64::INFINITY;
     for _ in 0..settings.steps {
         run.check()?;
         let pairs = pairs_of(face, points, &pose, 1.5 * width, settings.beyond, &mut seeds);
@@ -186,6 +194,7 @@ pub(super) fn register(
             .iter()
             .fold(Sums::zero(), |total, part| total.plus(part));
         if sums.weight < 1e-9 {
+            out.unfinished = None;
             break;
         }
         note_quality(&mut out, &pairs, width, scale, &sums, extent);
@@ -195,19 +204,21 @@ pub(super) fn register(
         if let Some(axis) = &settings.locked_axis {
             lock(&mut sums, axis);
         }
-        let Some(step) = trusted_step(&sums, FREE_SHARE * width) else { break };
-        let motion = Isometry3::from_parts(
-            Translation3::from(centre.coords + step.fixed_rows::<3>(3)),
-            UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned()),
-        ) * Translation3::from(-centre.coords);
-        pose = motion * pose;
+        let Some(step) = trusted_step(&sums, FREE_SHARE * width) else {
+            out.unfinished = None;
+            break;
+        };
+        pose = motion_about(&centre, &step) * pose;
         pose.rotation.renormalize();
         let moved = step.fixed_rows::<3>(3).norm() + step.fixed_rows::<3>(0).norm() * extent;
         out.cad_from_work = pose;
         out.width_mm = width;
-        out.last_step_mm = moved;
+        out.unfinished = Some(motion_about(&centre, &(step * repeats(moved, last_moved))));
+        out.final_width = width <= 1.01 * end_width;
+        last_moved = moved;
         let settled = width <= end_width * 1.0001;
         if settled && moved < settings.stop_mm {
+            out.converged = true;
             break;
         }
         let small = if width > CAREFUL_MM { 0.6 * width } else { 0.1 * width };
@@ -218,6 +229,21 @@ pub(super) fn register(
         }
     }
     Ok(out)
+}
+
+/// The motion of a step (turn in rad, shift in mm) about a centre.
+fn motion_about(centre: &Point3, step: &Vector6<f64>) -> Isometry3 {
+    let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
+    Isometry3::from_parts(Translation3::from(centre.coords + step.fixed_rows::<3>(3)), turn)
+        * Translation3::from(-centre.coords)
+}
+
+/// How many times the last step is still to be made, at least once: q / (1 - q), where q is by what steps shrink. Steps that
+/// hardly shrink tell no end; twenty times is what is said of them.
+fn repeats(moved: f64, last_moved: f64) -> f64 {
+    const MOST: f64 = 20.0;
+    let q = (moved / last_moved).clamp(0.0, 1.0);
+    (q / (1.0 - q)).clamp(1.0, MOST)
 }
 
 pub(super) fn half_extent(points: &[Point3]) -> f64 {
@@ -430,6 +456,36 @@ mod tests {
             assert!(moved <= sums.distance_sq * (1.0 + 1e-9), "turn {turn}: {moved} {}", sums.distance_sq);
             assert!(moved > 0.0);
         }
+    }
+
+    /// Stopped on its way it says so, and how far it may have to go yet; at the end nothing is left.
+    #[test]
+    fn a_registration_knows_whether_it_has_ended() {
+        let part = part();
+        let face = part.face(Side::Top);
+        let points: Vec<Point3> = face.samples.iter().step_by(4).map(|s| s.point).collect();
+        let start = Isometry3::new(Vector3::new(0.05, -0.05, 0.03), Vector3::new(3e-4, -3e-4, 5e-4));
+        let with = |steps: usize| {
+            let settings = Settings { steps, ..settings(1.0, Beyond::Nothing) };
+            register(face, &points, &start, &settings, None, &RunContext::silent()).unwrap()
+        };
+        let furthest = |motion: &Isometry3| points.iter().map(|p| (motion * p - p).norm()).fold(0.0, f64::max);
+        let ended = with(60);
+        assert!(ended.converged && ended.final_width && furthest(&ended.unfinished.unwrap()) < 1e-6);
+        // Points are exact, so that what is left is how far they are from where they belong.
+        for steps in 1..4 {
+            let stopped = with(steps);
+            let (left, told) = (furthest(&stopped.cad_from_work), furthest(&stopped.unfinished.unwrap()));
+            assert!(!stopped.converged && told > left, "{steps} steps: {told} of {left} mm");
+        }
+    }
+
+    #[test]
+    fn steps_that_hardly_shrink_are_to_be_repeated() {
+        assert_eq!(repeats(1e-9, 1.0), 1.0);
+        assert!((repeats(0.8, 1.0) - 4.0).abs() < 1e-9);
+        assert_eq!(repeats(2.0, 1.0), 20.0);
+        assert_eq!(repeats(1.0, f64::INFINITY), 1.0);
     }
 
     #[test]

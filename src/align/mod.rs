@@ -13,6 +13,7 @@ pub mod pose;
 mod pose_search;
 mod refuse;
 mod rim;
+mod rounds;
 mod sampling;
 mod template;
 mod view;

@@ -4,6 +4,7 @@
 use super::datum::DatumError;
 use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_uncertainty, solve};
 use super::pose::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
+use super::rounds::{Rounds, corners};
 use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use crate::measure::slot::NominalSlot;
 use crate::measure::{self, EdgeFound, HoleFound, Local, NotFound, SlotFound, SurfaceFound};
@@ -30,8 +31,6 @@ const DATUM_SEARCH_MM: f64 = 4.0;
 /// Rounds of measuring and solving. Two or three suffice: each shrinks the remaining motion by about the ratio of the
 /// windows' curvature to the best fit's error.
 const MOST_ROUNDS: usize = 12;
-/// A round that moves no corner of the part's box by more than this ends the iteration, mm.
-const SETTLED_MM: f64 = 1e-6;
 
 /// Aligns on the plan's datum features. A feature that cannot be measured leaves the best fit, marked `degraded`.
 pub fn align_on_plan(
@@ -40,49 +39,96 @@ pub fn align_on_plan(
     run: &RunContext,
 ) -> Result<(FeatureAlignment, PoseUncertainty), Cancelled> {
     if input.plan.alignment == AlignmentMethod::BestFit {
-        let alignment = FeatureAlignment {
-            method: "best_fit",
-            cad_from_scan: best_fit.cad_from_scan,
-            degraded: None,
-            features: Vec::new(),
-        };
-        return Ok((alignment, best_fit.uncertainty.clone()));
+        return Ok(on_best_fit(best_fit));
     }
-    let mut pose = best_fit.cad_from_scan;
-    let mut last_shift = f64::INFINITY;
+    let mut rounds = Rounds::from(best_fit.cad_from_scan, &input.part.bounds);
+    let mut last = Vec::new();
     for _ in 0..MOST_ROUNDS {
         run.check()?;
-        let round = match measure_datums(input, best_fit, pose).and_then(|found| {
-            let motion = solved(input, &found).map_err(|e| (e.to_string(), found.clone()))?;
-            Ok((found, motion))
-        }) {
-            Ok(round) => round,
-            Err((reason, found)) => return Ok(degraded(input, best_fit, reason, &found)),
+        let found = match measure_datums(input, best_fit, rounds.pose()) {
+            Ok(found) => found,
+            Err(missing) => return Ok(degraded(input, best_fit, missing)),
         };
-        let (found, motion) = round;
-        pose = CadFromScan::new(motion * pose.isometry());
-        let shift = largest_corner_shift(input.part, &motion);
-        // Windows of whole points toggle single points in and out; once the motion no longer shrinks it is that
-        // toggling, far below the noise, and going on would only wander.
-        if shift < SETTLED_MM || (shift < 0.01 && shift > 0.5 * last_shift) {
-            let mut uncertainty = match uncertainty_of(input, &found) {
-                Ok(uncertainty) => uncertainty,
-                Err(error) => return Ok(degraded(input, best_fit, error.to_string(), &found)),
-            };
-            uncertainty.add(motion);
-            let features = match measure_datums(input, best_fit, pose) {
-                Ok(found) => report(input, &found),
-                Err((reason, found)) => return Ok(degraded(input, best_fit, reason, &found)),
-            };
-            let method = method_key(&input.plan.alignment);
-            let alignment = FeatureAlignment { method, cad_from_scan: pose, degraded: None, features };
-            return Ok((alignment, uncertainty));
+        let motion = match solved(input, &found) {
+            Ok(motion) => motion,
+            Err(error) => return Ok(degraded(input, best_fit, Missing::because(error, found))),
+        };
+        rounds.add(&motion);
+        last = found;
+        if rounds.have_settled() {
+            return Ok(ended(input, best_fit, rounds.pose(), &last, &[motion]));
         }
-        last_shift = shift;
     }
-    let reason =
-        format!("the datum features did not settle: the last round still moved the part by {last_shift:.3} mm");
-    Ok(degraded(input, best_fit, reason, &[]))
+    if let Some(cycle) = rounds.cycle()
+        && let Ok(uncertainty) = uncertainty_of(input, &last)
+        && cycle.iter().all(|motion| is_within(input.part, motion, &uncertainty))
+    {
+        return Ok(ended(input, best_fit, rounds.pose(), &last, &cycle));
+    }
+    let moved = rounds.last_moved_mm();
+    let reason = format!("the datum features did not settle: the last round still moved the part by {moved:.3} mm");
+    Ok(degraded(input, best_fit, Missing { reason, names: Vec::new(), found: Vec::new() }))
+}
+
+/// The best fit as the alignment that the plan asks for.
+fn on_best_fit(best_fit: &BestFit) -> (FeatureAlignment, PoseUncertainty) {
+    let unfinished = (!best_fit.converged).then(|| {
+        format!(
+            "the best fit did not settle: it may still be {:.3} mm off at the part's furthest corner",
+            best_fit.unfinished_mm
+        )
+    });
+    let alignment = FeatureAlignment {
+        method: "best_fit",
+        cad_from_scan: best_fit.cad_from_scan,
+        degraded: unfinished,
+        missing: Vec::new(),
+        features: Vec::new(),
+    };
+    (alignment, best_fit.uncertainty.clone())
+}
+
+/// Whether no corner of the part's box moves further than two standard uncertainties: two values of the same datum, told in two
+/// windows, may be that far apart.
+fn is_within(part: &Part, motion: &Isometry3, known: &PoseUncertainty) -> bool {
+    corners(&part.bounds).iter().all(|c| (motion * c - c).norm() <= 2.0 * known.anywhere_at(c))
+}
+
+/// The alignment once its rounds have ended, `unsure` being motions that they left open: parts of its uncertainty.
+fn ended(
+    input: &AlignmentInput,
+    best_fit: &BestFit,
+    pose: CadFromScan,
+    found: &[Found],
+    unsure: &[Isometry3],
+) -> (FeatureAlignment, PoseUncertainty) {
+    let mut uncertainty = match uncertainty_of(input, found) {
+        Ok(uncertainty) => uncertainty,
+        Err(error) => return degraded(input, best_fit, Missing::because(error, found.to_vec())),
+    };
+    unsure.iter().for_each(|motion| uncertainty.add(*motion));
+    let features = match measure_datums(input, best_fit, pose) {
+        Ok(found) => report(input, &found),
+        Err(missing) => return degraded(input, best_fit, missing),
+    };
+    let method = method_key(&input.plan.alignment);
+    let alignment = FeatureAlignment { method, cad_from_scan: pose, degraded: None, missing: Vec::new(), features };
+    (alignment, uncertainty)
+}
+
+/// Why the plan's alignment is not possible.
+struct Missing {
+    reason: String,
+    /// Datums that could not be measured.
+    names: Vec<String>,
+    /// Those that could.
+    found: Vec<Found>,
+}
+
+impl Missing {
+    fn because(error: DatumError, found: Vec<Found>) -> Self {
+        Self { reason: error.to_string(), names: Vec::new(), found }
+    }
 }
 
 fn method_key(method: &AlignmentMethod) -> &'static str {
@@ -120,23 +166,34 @@ impl Found {
     }
 
     /// What the alignment uses of it.
-    fn value(&self) -> DatumValue {
+    fn value(&self, plan: &Plan) -> DatumValue {
         let (direction, normal) = match self {
             Found::Slot(_, slot) => (Some(UnitVector3::new_normalize(slot.direction)), None),
             Found::Surface(_, surface) => (None, Some(UnitVector3::new_normalize(surface.normal))),
             Found::Hole(..) | Found::Edge(..) => (None, None),
         };
-        let errors = DatumErrors { shifts: self.shifts(), turns: self.turns() };
+        let geometry = &plan.features[self.index()].geometry;
+        let scatter = DatumErrors { shifts: self.shifts(geometry), turns: self.turns(), ..DatumErrors::default() };
+        let errors = scatter.with_settings(geometry, &plan.uncertainty);
         DatumValue { index: self.index(), position: self.position(), direction, normal, errors }
     }
 
-    /// Independent shifts of the position, each by one standard uncertainty: the axes of its covariance.
-    fn shifts(&self) -> Vec<Vector3> {
+    /// Independent shifts of the position, each by one standard uncertainty, from the points alone: the axes of its covariance,
+    /// or the directions in which it was told.
+    fn shifts(&self, geometry: &Geometry) -> Vec<Vector3> {
         let covariance = match self {
             Found::Hole(_, hole) => hole.centre_covariance,
             Found::Slot(_, slot) => slot.centre_covariance,
-            Found::Surface(_, surface) => return vec![surface.normal * surface.standard_uncertainty_mm],
-            Found::Edge(_, edge, outwards) => return vec![outwards.into_inner() * edge.standard_uncertainty_mm],
+            Found::Surface(_, surface) => {
+                let direction = match geometry {
+                    Geometry::Surface { direction, .. } => direction.into_inner(),
+                    _ => surface.normal,
+                };
+                return vec![direction * surface.standard_uncertainty_mm];
+            }
+            Found::Edge(_, edge, outwards) => {
+                return vec![outwards.into_inner() * edge.standard_uncertainty_mm, edge.normal * edge.u_height_mm];
+            }
         };
         let axes = covariance.symmetric_eigen();
         (0..3).map(|k| axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt()).collect()
@@ -154,12 +211,8 @@ impl Found {
     }
 }
 
-/// Measures every datum; the error carries the reason and what was measured before it.
-fn measure_datums(
-    input: &AlignmentInput,
-    best_fit: &BestFit,
-    pose: CadFromScan,
-) -> Result<Vec<Found>, (String, Vec<Found>)> {
+/// Measures every datum.
+fn measure_datums(input: &AlignmentInput, best_fit: &BestFit, pose: CadFromScan) -> Result<Vec<Found>, Missing> {
     let local = Local {
         part: input.part,
         face: input.part.face(best_fit.face),
@@ -169,15 +222,18 @@ fn measure_datums(
         uncertainty: &input.plan.uncertainty,
     };
     let mut found = Vec::new();
-    let mut missing = Vec::new();
+    let (mut names, mut reasons) = (Vec::new(), Vec::new());
     for index in datum_indices(&input.plan.alignment) {
         let feature = &input.plan.features[index];
         match measure_one(&local, feature, index) {
             Ok(one) => found.push(one),
-            Err(not) => missing.push(format!("datum {} not measured: {}", feature.name, not.reason)),
+            Err(not) => {
+                reasons.push(format!("datum {} not measured: {}", feature.name, not.reason));
+                names.push(feature.name.clone());
+            }
         }
     }
-    if missing.is_empty() { Ok(found) } else { Err((missing.join("; "), found)) }
+    if names.is_empty() { Ok(found) } else { Err(Missing { reason: reasons.join("; "), names, found }) }
 }
 
 fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, NotFound> {
@@ -207,11 +263,11 @@ fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, 
 
 /// The motion that the datums ask for.
 fn solved(input: &AlignmentInput, found: &[Found]) -> Result<Isometry3, DatumError> {
-    solve(datums(input), &values(found))
+    solve(datums(input), &values(input, found))
 }
 
 fn uncertainty_of(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
-    pose_uncertainty(datums(input), &values(found), pivot(input))
+    pose_uncertainty(datums(input), &values(input, found), pivot(input))
 }
 
 fn datums<'a>(input: &AlignmentInput<'a>) -> Datums<'a> {
@@ -219,8 +275,8 @@ fn datums<'a>(input: &AlignmentInput<'a>) -> Datums<'a> {
     Datums { method: &plan.alignment, features: &plan.features, length_mm: part.diagonal_mm() }
 }
 
-fn values(found: &[Found]) -> Vec<DatumValue> {
-    found.iter().map(Found::value).collect()
+fn values(input: &AlignmentInput, found: &[Found]) -> Vec<DatumValue> {
+    found.iter().map(|one| one.value(input.plan)).collect()
 }
 
 /// The point that the alignment holds: the hole of the features, else the middle of the part.
@@ -231,31 +287,13 @@ fn pivot(input: &AlignmentInput) -> Point3 {
     }
 }
 
-fn largest_corner_shift(part: &Part, motion: &Isometry3) -> f64 {
-    let (min, max) = (part.bounds.min, part.bounds.max);
-    (0..8)
-        .map(|k| {
-            let corner = Point3::new(
-                if k & 1 == 0 { min.x } else { max.x },
-                if k & 2 == 0 { min.y } else { max.y },
-                if k & 4 == 0 { min.z } else { max.z },
-            );
-            (motion * corner - corner).norm()
-        })
-        .fold(0.0, f64::max)
-}
-
-fn degraded(
-    input: &AlignmentInput,
-    best_fit: &BestFit,
-    reason: String,
-    found: &[Found],
-) -> (FeatureAlignment, PoseUncertainty) {
+fn degraded(input: &AlignmentInput, best_fit: &BestFit, missing: Missing) -> (FeatureAlignment, PoseUncertainty) {
     let alignment = FeatureAlignment {
         method: "best_fit",
         cad_from_scan: best_fit.cad_from_scan,
-        degraded: Some(reason),
-        features: report(input, found),
+        degraded: Some(missing.reason),
+        missing: missing.names,
+        features: report(input, &missing.found),
     };
     (alignment, PoseUncertainty::none(pivot(input)))
 }
@@ -327,5 +365,95 @@ fn fixes_in_words(method: &AlignmentMethod, index: usize) -> String {
             n => format!("{n} locks"),
         },
         AlignmentMethod::BestFit => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::UncertaintySettings;
+    use crate::simulate::{BracketParameters, bracket};
+
+    fn best_fit(converged: bool) -> BestFit {
+        let mut uncertainty = PoseUncertainty::none(Point3::origin());
+        uncertainty.add(Isometry3::translation(0.01, 0.0, 0.0));
+        BestFit {
+            cad_from_scan: CadFromScan::new(Isometry3::identity()),
+            side: None,
+            face: crate::plan::Side::Top,
+            rms_mm: 0.1,
+            inlier_ratio: 0.9,
+            margin: 3.0,
+            margin_limit: 1.5,
+            poses_tried: 10,
+            to_camera_scan: None,
+            uncertainty,
+            converged,
+            unfinished_mm: 0.25,
+        }
+    }
+
+    #[test]
+    fn nothing_is_judged_in_a_best_fit_that_did_not_settle() {
+        let (alignment, _) = on_best_fit(&best_fit(false));
+        let reason = alignment.degraded.unwrap();
+        assert!(reason.contains("did not settle") && reason.contains("0.250 mm"), "{reason}");
+        assert_eq!(on_best_fit(&best_fit(true)).0.degraded, None);
+    }
+
+    fn edge_found() -> EdgeFound {
+        EdgeFound {
+            position: Point3::origin(),
+            normal: Vector3::z(),
+            deviation_mm: 0.0,
+            standard_uncertainty_mm: 0.02,
+            u_height_mm: 0.007,
+            rms_mm: 0.03,
+            points_used: 100,
+            warning: None,
+        }
+    }
+
+    /// A lock along the sheet's normal uses the sheet's height at the edge.
+    #[test]
+    fn an_edge_datum_is_uncertain_along_the_sheets_normal_too() {
+        let x = Vector3::x_axis();
+        let geometry = Geometry::Edge { position: Point3::origin(), direction: x, normal: Vector3::z_axis() };
+        let shifts = Found::Edge(0, edge_found(), x).shifts(&geometry);
+        let along = |d: Vector3| shifts.iter().map(|s| s.dot(&d).powi(2)).sum::<f64>().sqrt();
+        assert!((along(Vector3::z()) - 0.007).abs() < 1e-12 && (along(Vector3::x()) - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_datum_is_as_uncertain_as_the_plan_says_the_measuring_system_is() {
+        let mut plan = bracket(&BracketParameters { spacing_mm: 8.0, ..BracketParameters::default() }).plan();
+        plan.features[0].geometry =
+            Geometry::Edge { position: Point3::origin(), direction: Vector3::x_axis(), normal: Vector3::z_axis() };
+        plan.uncertainty = UncertaintySettings { system_mm: 0.03, edge_offset_u_mm: 0.04, ..plan.uncertainty };
+        let errors = Found::Edge(0, edge_found(), Vector3::x_axis()).value(&plan).errors;
+        let along = |d: Vector3| errors.shifts.iter().map(|s| s.dot(&d).powi(2)).sum::<f64>().sqrt();
+        let found = [Vector3::x(), Vector3::y(), Vector3::z()].map(along);
+        for (found, expected) in found.into_iter().zip([0.02_f64.hypot(0.03), 0.03, 0.007_f64.hypot(0.03)]) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert_eq!(errors.edge_offset, Vector3::x() * 0.04);
+    }
+
+    /// The uncertainty of a surface point is one along the plan's direction, which may lean by up to 60 degrees.
+    #[test]
+    fn a_surface_datum_is_uncertain_along_the_plans_direction() {
+        let direction = UnitVector3::new_normalize(Vector3::new(0.0, 0.6, 0.8));
+        let geometry = Geometry::Surface { position: Point3::origin(), direction };
+        let found = SurfaceFound {
+            position: Point3::origin(),
+            normal: Vector3::z(),
+            deviation_mm: 0.0,
+            standard_uncertainty_mm: 0.01,
+            window_mm: 5.0,
+            rms_mm: 0.03,
+            points_used: 100,
+        };
+        let shifts = Found::Surface(0, found).shifts(&geometry);
+        assert!(shifts.len() == 1 && (shifts[0] - direction.into_inner() * 0.01).norm() < 1e-12, "{shifts:?}");
     }
 }

@@ -24,8 +24,13 @@ pub struct BestFit {
     pub poses_tried: usize,
     /// Direction towards the camera, scan frame, when known.
     pub to_camera_scan: Option<UnitVector3>,
-    /// How well the pose is known, from the scatter of the points.
+    /// How well the pose is known, from the scatter of the points and from what its iteration left undone.
     pub uncertainty: PoseUncertainty,
+    /// Whether the iteration ended at the best fit, to within what the scatter of the points leaves open. Where it did not the
+    /// pose is good enough to look for features from, and to judge nothing by.
+    pub converged: bool,
+    /// What the iteration left undone: how far the part's furthest corner may still be from the best fit, mm.
+    pub unfinished_mm: f64,
 }
 
 /// A datum feature as found, CAD frame, on the CAD's own face, in the final alignment.
@@ -67,6 +72,8 @@ pub struct FeatureAlignment {
     /// Why the plan's alignment was not possible, when it was not: the pose is then only the best fit and nothing is judged
     /// in it.
     pub degraded: Option<String>,
+    /// Names of the datums that could not be measured, in the alignment's order.
+    pub missing: Vec<String>,
     /// Datum features that were measured.
     pub features: Vec<MeasuredFeature>,
 }
@@ -76,18 +83,28 @@ pub struct FeatureAlignment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseUncertainty {
     motions: Vec<Isometry3>,
+    /// What the calibrated edge offset's uncertainty does to the part, by one edge datum and by all of them together.
+    edge_offset: Vec<Isometry3>,
+    edge_offsets_together: Option<Isometry3>,
     pivot: Point3,
 }
 
 impl PoseUncertainty {
     /// No motion yet. `pivot`: the point that the alignment holds, CAD frame.
     pub fn none(pivot: Point3) -> Self {
-        Self { motions: Vec::new(), pivot }
+        Self { motions: Vec::new(), edge_offset: Vec::new(), edge_offsets_together: None, pivot }
     }
 
     /// Adds what one independent error does to the part, CAD frame.
     pub(super) fn add(&mut self, motion: Isometry3) {
         self.motions.push(motion);
+    }
+
+    /// Sets what an error of the calibrated edge offset does to the part, CAD frame: of one edge datum alone, each, and of all
+    /// of them together.
+    pub(super) fn set_edge_offset(&mut self, each: Vec<Isometry3>, together: Isometry3) {
+        self.edge_offset = each;
+        self.edge_offsets_together = Some(together);
     }
 
     /// The point that the alignment holds, CAD frame: errors of scale grow with the distance from it.
@@ -97,6 +114,29 @@ impl PoseUncertainty {
 
     /// Standard uncertainty in mm, along a direction, of where a point of the part lies.
     pub fn at(&self, point_cad: &Point3, direction: &Vector3) -> f64 {
-        self.motions.iter().map(|m| (m * point_cad - point_cad).dot(direction).powi(2)).sum::<f64>().sqrt()
+        self.without_edge_offset(point_cad, direction).hypot(self.edge_offset_mm(point_cad, direction, 0.0))
     }
+
+    /// Standard uncertainty in mm of where a point of the part lies, over all directions.
+    pub(super) fn anywhere_at(&self, point_cad: &Point3) -> f64 {
+        [Vector3::x(), Vector3::y(), Vector3::z()].map(|d| self.at(point_cad, &d).powi(2)).iter().sum::<f64>().sqrt()
+    }
+
+    /// The same without the share of the calibrated edge offset.
+    pub fn without_edge_offset(&self, point_cad: &Point3, direction: &Vector3) -> f64 {
+        square_sum(&self.motions, point_cad, direction).sqrt()
+    }
+
+    /// Share of the calibrated edge offset in the standard uncertainty of a point of the part, mm along a direction; `own_mm` is
+    /// what it does to the measurement of the point itself. One calibration serves all edges, and yet each edge differs from
+    /// it: the larger is told of the sum of squares, as if edges had nothing in common, and the sum, as if they had all.
+    pub fn edge_offset_mm(&self, point_cad: &Point3, direction: &Vector3, own_mm: f64) -> f64 {
+        let apart = (square_sum(&self.edge_offset, point_cad, direction) + own_mm * own_mm).sqrt();
+        let together = self.edge_offsets_together.map_or(0.0, |m| (m * point_cad - point_cad).dot(direction));
+        apart.max(together.abs() + own_mm.abs())
+    }
+}
+
+fn square_sum(motions: &[Isometry3], point_cad: &Point3, direction: &Vector3) -> f64 {
+    motions.iter().map(|m| (m * point_cad - point_cad).dot(direction).powi(2)).sum()
 }

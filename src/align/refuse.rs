@@ -45,6 +45,17 @@ pub(super) fn without_side(thickness_mm: f64) -> Refusal {
     )
 }
 
+/// Both faces of a solid fit the scan alike, and nobody knows which of them was seen.
+pub(super) fn without_face(rms_mm: [f64; 2]) -> Refusal {
+    let [a, b] = rms_mm;
+    Refusal::new(
+        format!(
+            "the side of the sheet cannot be told: no belt, no view direction and no normals, and both faces of the solid fit alike (rms {a:.3} mm and {b:.3} mm)"
+        ),
+        "give view_direction in [scans], the direction in which the camera looks in the scan's frame",
+    )
+}
+
 /// Refuses a scan whose extent is not the part's.
 pub(super) fn wrong_size(part: &Part, points: &[Point3]) -> Result<(), Stop> {
     let extent = bulk_extent(points);

@@ -7,6 +7,7 @@ use crate::geometry::{Point3, Vector3};
 use crate::measure::{self, Local, NotFound};
 use crate::plan::{ComparisonPoint, Geometry, Plan, UncertaintySettings};
 use crate::run::{Cancelled, RunContext};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// How far beyond its tolerance a feature is looked for, mm.
@@ -37,7 +38,7 @@ pub fn compare(
         .map(|point| {
             run.check()?;
             Ok(match &alignment.degraded {
-                Some(reason) => (not_measured(point, datum_reason(reason), 0), None),
+                Some(reason) => (not_measured(point, datum_reason(reason, &alignment.missing), 0), None),
                 None => measure_point(plan, local, pose, point),
             })
         })
@@ -50,11 +51,10 @@ pub fn compare(
     Ok(compared)
 }
 
-/// `datum S1 not measured` without the details that stand in the alignment's reason.
-fn datum_reason(reason: &str) -> String {
-    let datums = reason.split("; ").filter(|r| r.starts_with("datum "));
-    let parts: Vec<&str> = datums.map(|r| r.split(": ").next().unwrap_or(r)).collect();
-    if parts.is_empty() { reason.to_string() } else { parts.join("; ") }
+/// `datum S1 not measured`, without the details that stand in the alignment's reason; that reason where no datum is missing.
+fn datum_reason(reason: &str, missing: &[String]) -> String {
+    let each: Vec<String> = missing.iter().map(|name| format!("datum {name} not measured")).collect();
+    if each.is_empty() { reason.to_string() } else { each.join("; ") }
 }
 
 fn blank(point: &ComparisonPoint) -> PointResult {
@@ -82,13 +82,21 @@ fn not_measured(point: &ComparisonPoint, reason: String, points: usize) -> Point
     PointResult { reason: Some(reason), points_used: points, ..blank(point) }
 }
 
-/// One value before it is judged: `u_fit_mm` is standard (k = 1).
+/// How far the points alone leave a value open, k = 1.
+enum Scatter {
+    /// Along its direction, mm.
+    Along(f64),
+    /// Covariance of a hole's centre, mm².
+    Centre(Matrix3<f64>),
+}
+
+/// One value before it is judged.
 struct Value {
     measured: Point3,
     deviation_mm: f64,
-    u_fit_mm: f64,
-    /// Direction along which pose and system act on it.
-    along: Vector3,
+    scatter: Scatter,
+    /// Direction along which pose and system act on it. `None`: a hole's distance, `delta_mm` from its nominal place.
+    along: Option<Vector3>,
     rms_mm: f64,
     points_used: usize,
     hole: Option<HoleMeasurement>,
@@ -133,8 +141,8 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
             Ok(Value {
                 measured: found.position,
                 deviation_mm: found.deviation_mm,
-                u_fit_mm: found.standard_uncertainty_mm,
-                along: direction.into_inner(),
+                scatter: Scatter::Along(found.standard_uncertainty_mm),
+                along: Some(direction.into_inner()),
                 rms_mm: found.rms_mm,
                 points_used: found.points_used,
                 hole: None,
@@ -147,8 +155,8 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
             Ok(Value {
                 measured: found.position,
                 deviation_mm: found.deviation_mm,
-                u_fit_mm: found.standard_uncertainty_mm,
-                along: direction.into_inner(),
+                scatter: Scatter::Along(found.standard_uncertainty_mm),
+                along: Some(direction.into_inner()),
                 rms_mm: found.rms_mm,
                 points_used: found.points_used,
                 hole: None,
@@ -162,16 +170,11 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
             let delta_mm = shift - axis.into_inner() * shift.dot(axis);
             let radial_mm = delta_mm.norm();
             let deviation_mm = direction.map_or(radial_mm, |d| delta_mm.dot(&d));
-            let along = match direction {
-                Some(d) => d.into_inner(),
-                None if radial_mm > 0.0 => delta_mm / radial_mm,
-                None => axis.cross(&Vector3::x()).try_normalize(0.1).unwrap_or_else(Vector3::y),
-            };
             Ok(Value {
                 measured: found.centre,
                 deviation_mm,
-                u_fit_mm: along.dot(&(found.centre_covariance * along)).max(0.0).sqrt(),
-                along,
+                scatter: Scatter::Centre(found.centre_covariance),
+                along: direction.map(|d| d.into_inner()),
                 rms_mm: found.rms_mm,
                 points_used: found.points_used,
                 hole: Some(HoleMeasurement {
@@ -188,8 +191,8 @@ fn measure_value(local: &Local, point: &ComparisonPoint) -> Result<Value, NotFou
     }
 }
 
-/// Fit, pose and the plan's own contributions, added in squares (GUM): thickness where it was compensated, scale with
-/// the distance from the point that the alignment holds, the calibrated edge offset, the measuring system.
+/// Of a value along its direction. A hole that has none is told by its distance: an error across that hardly changes it, unless it
+/// is not much longer than the errors themselves. Then its direction is theirs, and the worst one in the sheet counts.
 fn standard_uncertainty_mm(
     plan: &Plan,
     local: &Local,
@@ -197,18 +200,63 @@ fn standard_uncertainty_mm(
     point: &ComparisonPoint,
     value: &Value,
 ) -> f64 {
+    let at = |along: &Vector3| standard_uncertainty_along_mm(plan, local, pose, point, value, along);
+    match (&value.along, &value.hole) {
+        (Some(along), _) => at(along),
+        (None, hole) => {
+            let delta_mm = hole.as_ref().map_or(Vector3::zeros(), |hole| hole.delta_mm);
+            u_of_distance_mm(&delta_mm, &point.geometry.sheet_normal(), at)
+        }
+    }
+}
+
+/// A distance counts as one from here on, in standard uncertainties of the worst direction.
+const TELLING_DISTANCE: f64 = 2.0;
+/// Directions in the half-circle that are looked at: the worst one is met to 1 - cos(2.5 degrees), 0.1 %.
+const DIRECTIONS: u32 = 36;
+
+/// Standard uncertainty of the length of a vector in the sheet, from that along any direction.
+fn u_of_distance_mm(delta_mm: &Vector3, normal: &Vector3, at: impl Fn(&Vector3) -> f64) -> f64 {
+    let x = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    let y = normal.cross(&x);
+    let direction = |k: u32| {
+        let (sin, cos) = (std::f64::consts::PI * f64::from(k) / f64::from(DIRECTIONS)).sin_cos();
+        x * cos + y * sin
+    };
+    let worst_mm = (0..DIRECTIONS).map(|k| at(&direction(k))).fold(0.0, f64::max);
+    match delta_mm.try_normalize(0.0) {
+        Some(along) if delta_mm.norm() >= TELLING_DISTANCE * worst_mm => at(&along),
+        _ => worst_mm,
+    }
+}
+
+/// Fit, pose and the plan's own contributions, added in squares (GUM): thickness where it was compensated, scale with
+/// the distance from the point that the alignment holds, the calibrated edge offset (which the pose may have in common with the
+/// point), the measuring system.
+fn standard_uncertainty_along_mm(
+    plan: &Plan,
+    local: &Local,
+    pose: &PoseUncertainty,
+    point: &ComparisonPoint,
+    value: &Value,
+    along: &Vector3,
+) -> f64 {
     let UncertaintySettings { scale_ppm, thickness_mm, system_mm, edge_offset_u_mm, .. } = plan.uncertainty;
     let nominal = point.geometry.position();
+    let u_fit_mm = match &value.scatter {
+        Scatter::Along(u_mm) => *u_mm,
+        Scatter::Centre(covariance) => along.dot(&(covariance * along)).max(0.0).sqrt(),
+    };
     let offset_mm = plan.part.cad_side.face_offset_mm(local.face.side, 1.0);
-    let across_sheet = value.along.dot(&point.geometry.sheet_normal());
-    let scale_mm = scale_ppm * 1e-6 * (nominal - pose.pivot()).dot(&value.along);
+    let across_sheet = along.dot(&point.geometry.sheet_normal());
+    let scale_mm = scale_ppm * 1e-6 * (nominal - pose.pivot()).dot(along);
     let edge_mm = if value.is_edge { edge_offset_u_mm } else { 0.0 };
     [
-        value.u_fit_mm,
-        pose.at(&nominal, &value.along),
+        u_fit_mm,
+        pose.without_edge_offset(&nominal, along),
         thickness_mm * offset_mm * across_sheet,
         scale_mm,
-        edge_mm,
+        pose.edge_offset_mm(&nominal, along, edge_mm),
         system_mm,
     ]
     .iter()
@@ -219,14 +267,25 @@ fn standard_uncertainty_mm(
 
 #[cfg(test)]
 mod tests {
-    use super::datum_reason;
+    use super::*;
 
     #[test]
     fn the_point_names_the_datum_and_leaves_the_detail_to_the_alignment() {
-        let reason = "datum S1 not measured: 3 points stand within the window, 40 are needed";
-        assert_eq!(datum_reason(reason), "datum S1 not measured");
-        let two = "datum H1 not measured: no rim; datum S1 not measured: no rim";
-        assert_eq!(datum_reason(two), "datum H1 not measured; datum S1 not measured");
-        assert_eq!(datum_reason("the datum features did not settle"), "the datum features did not settle");
+        let reason = "datum A; B: C not measured: no rim; datum S1 not measured: no rim";
+        let told = datum_reason(reason, &["A; B: C".to_string(), "S1".to_string()]);
+        assert_eq!(told, "datum A; B: C not measured; datum S1 not measured");
+        assert_eq!(datum_reason("the datum features did not settle", &[]), "the datum features did not settle");
+    }
+
+    /// Known to 0.01 mm along x and 0.05 mm along y: a distance of 0.03 mm along x may as well be all noise along y.
+    #[test]
+    fn a_short_distance_is_as_uncertain_as_its_worst_direction() {
+        let at = |d: &Vector3| (0.01 * d.x).hypot(0.05 * d.y);
+        let told = |x: f64, y: f64| u_of_distance_mm(&Vector3::new(x, y, 0.0), &Vector3::z(), at);
+        for short in [told(0.0, 0.0), told(0.03, 0.0), told(0.0, 0.03), told(0.07, -0.07)] {
+            assert!((0.04995..=0.05).contains(&short), "{short}");
+        }
+        // Longer than two of the worst: its own direction.
+        assert!((told(0.2, 0.0) - 0.01).abs() < 1e-12 && (told(0.0, 0.2) - 0.05).abs() < 1e-12);
     }
 }

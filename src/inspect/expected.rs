@@ -94,18 +94,18 @@ fn errors(expected: &Expected, geometry: &Geometry) -> DatumErrors {
     match geometry {
         Geometry::Hole { axis, diameter_mm, .. } => {
             let std = expected.opening(*diameter_mm, *diameter_mm);
-            DatumErrors { shifts: opening(axis, across(axis), std), turns: Vec::new() }
+            DatumErrors { shifts: opening(axis, across(axis), std), ..DatumErrors::default() }
         }
         Geometry::Slot { axis, direction, length_mm, width_mm, .. } => {
             let std = expected.opening(*length_mm, *width_mm);
             let turns = vec![axis.into_inner() * std.turn_rad, axis.cross(direction) * std.tilt_rad];
-            DatumErrors { shifts: opening(axis, direction.into_inner(), std), turns }
+            DatumErrors { shifts: opening(axis, direction.into_inner(), std), turns, ..DatumErrors::default() }
         }
         Geometry::Surface { direction, .. } => {
-            DatumErrors { shifts: vec![direction.into_inner() * expected.surface_mm()], turns: Vec::new() }
+            DatumErrors { shifts: vec![direction.into_inner() * expected.surface_mm()], ..DatumErrors::default() }
         }
         Geometry::Edge { direction, .. } => {
-            DatumErrors { shifts: vec![direction.into_inner() * expected.edge_mm()], turns: Vec::new() }
+            DatumErrors { shifts: vec![direction.into_inner() * expected.edge_mm()], ..DatumErrors::default() }
         }
     }
 }

@@ -27,6 +27,8 @@ pub struct EdgeFound {
     pub deviation_mm: f64,
     /// k = 1, from the scatter of the points alone.
     pub standard_uncertainty_mm: f64,
+    /// k = 1 of the sheet's height at the edge, along `normal`, from the scatter of the points alone.
+    pub u_height_mm: f64,
     /// Rms of the sheet's points about their plane.
     pub rms_mm: f64,
     /// Points of the fit.
@@ -105,13 +107,15 @@ pub fn edge(
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
     // Where the sheet leans, an error of the layer's height at the edge is one of the place that was seen there. It is never
     // worse than one point's.
-    let u_gate = lean_tangent(local, &frame) * layer.u_height_at(0.0, at_place).min(layer.sigma_mm);
+    let u_height_mm = layer.u_height_at(0.0, at_place);
+    let u_gate = lean_tangent(local, &frame) * u_height_mm.min(layer.sigma_mm);
     let u_fit = fit.covariance[(0, 0)].max(0.0).sqrt();
     Ok(EdgeFound {
         position: frame.on_own_face([0.0, deviation_mm, w]),
         normal: frame.vector([-eu, -ev, 1.0]).normalize(),
         deviation_mm,
         standard_uncertainty_mm: u_fit.hypot(SHARPNESS_U * spacing).hypot(u_gate),
+        u_height_mm,
         rms_mm: layer.rms_mm,
         points_used: fit.points,
         warning,

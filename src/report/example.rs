@@ -134,8 +134,16 @@ pub fn bracket() -> InspectionResult {
                 poses_tried: 48,
                 to_camera_scan: None,
                 uncertainty: PoseUncertainty::none(Point3::origin()),
+                converged: true,
+                unfinished_mm: 0.0,
             },
-            alignment: FeatureAlignment { method: "features", cad_from_scan: pose(), degraded: None, features },
+            alignment: FeatureAlignment {
+                method: "features",
+                cad_from_scan: pose(),
+                degraded: None,
+                missing: Vec::new(),
+                features,
+            },
             points: ROWS.iter().map(point).collect(),
             map: DeviationMap {
                 statistics: MapStatistics {
@@ -181,6 +189,7 @@ pub fn degraded() -> InspectionResult {
     inspection.verdict = Verdict::NotMeasured;
     inspection.alignment.method = "best_fit";
     inspection.alignment.degraded = Some("datum S1 not measured: 9 points on the rim, 40 are needed".into());
+    inspection.alignment.missing = vec!["S1".into()];
     inspection.alignment.features.remove(1);
     inspection.warnings.push("the belt is in view in less than a tenth of the picture".into());
     for p in &mut inspection.points {
