@@ -9,6 +9,7 @@
 
 use super::candidates::{self, Candidate};
 use super::evidence::{self, Contest, Gaps, Ground, RESIDUAL_LIMIT_MM, Witness};
+use super::faces::{self, FACE_POINTS};
 use super::fit_uncertainty::{Ended, pose_motions};
 use super::height_map::{HeightMap, Raster};
 use super::icp::{Beyond, Registered, Settings, distances, register};
@@ -57,11 +58,7 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
         let flipped = cloud.flipped();
         let other = align(part, scan, &flipped, run);
         found = match (found, other) {
-            (Ok(a), Ok(b)) => match evidence::better(&a.residuals, &b.residuals, MARGIN_LIMIT) {
-                Some(Ordering::Less) => Ok(a),
-                Some(_) => Ok(b),
-                None => Err(refuse::without_face([a.registered.rms_mm, b.registered.rms_mm]).into()),
-            },
+            (Ok(a), Ok(b)) => Ok(better_face(part, [(a, &cloud), (b, &flipped)])),
             (Err(Stop::Refused(_)), Ok(b)) => Ok(b),
             (a, _) => a,
         };
@@ -82,7 +79,27 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
         uncertainty: found.uncertainty,
         converged: found.settled,
         unfinished_mm: found.unfinished_mm,
+        open_face: found.open_face,
     })
+}
+
+/// The face that fits better, of those that were seen from either end; marked where they fit alike. A pose is worth having then, a
+/// judgement is not.
+fn better_face(part: &Part, ends: [(Found, &WorkCloud); 2]) -> Found {
+    let places = ends[0].1.subset(FACE_POINTS);
+    let [first, second] = ends.each_ref().map(|(found, cloud)| {
+        faces::heights(part.face(found.side), &cloud.subset(FACE_POINTS), &found.registered.cad_from_work)
+    });
+    let better = faces::better(&places, &first, &second, MARGIN_LIMIT);
+    let [(a, _), (b, _)] = ends;
+    match better {
+        Some(Ordering::Less) => a,
+        Some(_) => b,
+        None => {
+            let open_face = Some(refuse::open_face([a.registered.rms_mm, b.registered.rms_mm]));
+            Found { open_face, ..if b.registered.rms_mm < a.registered.rms_mm { b } else { a } }
+        }
+    }
 }
 
 /// A pose with what is known about it.
@@ -93,8 +110,8 @@ struct Found {
     uncertainty: PoseUncertainty,
     settled: bool,
     unfinished_mm: f64,
-    /// Distances of some points, the same for both ends of the view, from the face.
-    residuals: Vec<f64>,
+    /// Why it is not known which face of a solid was seen.
+    open_face: Option<String>,
     margin: f64,
     poses_tried: usize,
 }
@@ -162,8 +179,6 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
     let cell_mm = (8.0 * scan.spacing_mm).max(diagonal / 40.0);
     let polished = polish(part, cloud, &every_point, winner, cell_mm, run)?;
     let Polished { registered, uncertainty, settled, unfinished_mm } = polished;
-    let fine = cloud.subset(FINE_POINTS);
-    let residuals = distances(part.face(winner.side), &fine, &registered.cad_from_work, RESIDUAL_LIMIT_MM);
     Ok(Found {
         cad_from_scan: CadFromScan::new(registered.cad_from_work * cloud.work_from_scan),
         side: winner.side,
@@ -171,7 +186,7 @@ fn align(part: &Part, scan: &ConditionedScan, cloud: &WorkCloud, run: &RunContex
         uncertainty,
         settled,
         unfinished_mm,
-        residuals,
+        open_face: None,
         margin: outcome.contest.margin,
         poses_tried,
     })

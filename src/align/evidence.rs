@@ -15,7 +15,6 @@
 use super::height_map::Raster;
 use super::template::Template;
 use crate::geometry::{Isometry3, Point3};
-use std::cmp::Ordering;
 
 /// Heights off the surface by up to this much are deformation, mm.
 const HEIGHT_TOLERANCE_MM: f64 = 2.0;
@@ -292,16 +291,6 @@ fn residual_factor(first: &[f64], second: &[f64]) -> f64 {
     ((b + floor) / (a + floor)).clamp(1.0 / RESIDUAL_FACTOR, RESIDUAL_FACTOR)
 }
 
-/// Which of two fits of the same points is better (`Less`: the first) by more than chance and deformation make of it: a factor of
-/// mean squared residuals of at least `margin`. `None` where neither is.
-pub(super) fn better(first: &[f64], second: &[f64], margin: f64) -> Option<Ordering> {
-    match residual_factor(first, second) {
-        factor if factor >= margin => Some(Ordering::Less),
-        factor if factor * margin <= 1.0 => Some(Ordering::Greater),
-        _ => None,
-    }
-}
-
 /// Contradictions against a pose on its own, as shares of its predicted area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Against {
@@ -393,17 +382,6 @@ mod tests {
         let contest = contest(&ground, &gaps, &both[0], &both[1]);
         // What is left: data in the hole of the second pose.
         assert!(contest.against_first_mm2 == 0.0 && (18.0..25.0).contains(&contest.against_second_mm2), "{contest:?}");
-    }
-
-    /// A nanometre decides nothing, nor does what springback makes of it; the other face of a folded sheet, a millimetre off on its
-    /// flanks, does.
-    #[test]
-    fn a_face_is_better_only_beyond_chance() {
-        assert_eq!(better(&[0.1; 50], &[0.1 + 1e-6; 50], 1.5), None);
-        assert_eq!(better(&[0.1; 50], &[0.15; 50], 1.5), None);
-        let flanks: Vec<f64> = (0..50).map(|k| if k % 3 == 0 { 0.8 } else { 0.1 }).collect();
-        assert_eq!(better(&[0.1; 50], &flanks, 1.5), Some(Ordering::Less));
-        assert_eq!(better(&flanks, &[0.1; 50], 1.5), Some(Ordering::Greater));
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod candidates;
 pub mod datum;
 mod datum_values;
 mod evidence;
+mod faces;
 mod fit_uncertainty;
 mod height_map;
 mod icp;

@@ -41,6 +41,9 @@ pub fn align_on_plan(
     if input.plan.alignment == AlignmentMethod::BestFit {
         return Ok(on_best_fit(best_fit));
     }
+    if let Some(reason) = best_fit.open_face.clone() {
+        return Ok(degraded(input, best_fit, Missing { reason, names: Vec::new(), found: Vec::new() }));
+    }
     let mut rounds = Rounds::from(best_fit.cad_from_scan, &input.part.bounds);
     let mut last = Vec::new();
     for _ in 0..MOST_ROUNDS {
@@ -72,16 +75,14 @@ pub fn align_on_plan(
 
 /// The best fit as the alignment that the plan asks for.
 fn on_best_fit(best_fit: &BestFit) -> (FeatureAlignment, PoseUncertainty) {
+    let left_mm = best_fit.unfinished_mm;
     let unfinished = (!best_fit.converged).then(|| {
-        format!(
-            "the best fit did not settle: it may still be {:.3} mm off at the part's furthest corner",
-            best_fit.unfinished_mm
-        )
+        format!("the best fit did not settle: it may still be {left_mm:.3} mm off at the part's furthest corner")
     });
     let alignment = FeatureAlignment {
         method: "best_fit",
         cad_from_scan: best_fit.cad_from_scan,
-        degraded: unfinished,
+        degraded: best_fit.open_face.clone().or(unfinished),
         missing: Vec::new(),
         features: Vec::new(),
     };
@@ -390,6 +391,7 @@ mod tests {
             uncertainty,
             converged,
             unfinished_mm: 0.25,
+            open_face: None,
         }
     }
 

@@ -31,6 +31,8 @@ pub struct BestFit {
     pub converged: bool,
     /// What the iteration left undone: how far the part's furthest corner may still be from the best fit, mm.
     pub unfinished_mm: f64,
+    /// Why it is not known which face of a solid was seen: nothing is judged then.
+    pub open_face: Option<String>,
 }
 
 /// A datum feature as found, CAD frame, on the CAD's own face, in the final alignment.

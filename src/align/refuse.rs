@@ -45,14 +45,11 @@ pub(super) fn without_side(thickness_mm: f64) -> Refusal {
     )
 }
 
-/// Both faces of a solid fit the scan alike, and nobody knows which of them was seen.
-pub(super) fn without_face(rms_mm: [f64; 2]) -> Refusal {
+/// Why nothing is judged when both faces of a solid fit the scan alike and nobody knows which of them was seen.
+pub(super) fn open_face(rms_mm: [f64; 2]) -> String {
     let [a, b] = rms_mm;
-    Refusal::new(
-        format!(
-            "the side of the sheet cannot be told: no belt, no view direction and no normals, and both faces of the solid fit alike (rms {a:.3} mm and {b:.3} mm)"
-        ),
-        "give view_direction in [scans], the direction in which the camera looks in the scan's frame",
+    format!(
+        "the face of the solid that was seen cannot be told: no belt, no view direction and no normals, and both faces fit alike (rms {a:.3} mm and {b:.3} mm); give view_direction in [scans]"
     )
 }
 

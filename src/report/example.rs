@@ -136,6 +136,7 @@ pub fn bracket() -> InspectionResult {
                 uncertainty: PoseUncertainty::none(Point3::origin()),
                 converged: true,
                 unfinished_mm: 0.0,
+                open_face: None,
             },
             alignment: FeatureAlignment {
                 method: "features",

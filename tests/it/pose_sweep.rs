@@ -290,6 +290,29 @@ fn without_belt_and_view_the_side_is_unknown() {
     assert!(angle.to_degrees() < 1.0 && distance < 0.5, "{angle} {distance}");
 }
 
+/// A solid has a pose without anybody knowing the side, and a bracket's bends tell which of its faces was seen. A nearly flat rail's
+/// hardly do: what is told of it must be right, too.
+#[test]
+fn a_solid_tells_its_face_without_a_known_camera() {
+    let bent = bracket(&BracketParameters { spacing_mm: 4.0, ..BracketParameters::default() });
+    for (nominal, may_be_open) in [(bent, false), (rail(), true)] {
+        let settings = PartSettings { cad_side: CadSide::Solid, thickness_mm: 0.0, plan_directions: Vec::new() };
+        let mesh = Subject::perfect(&nominal).solid;
+        let solid = Part::prepare(mesh, "0".repeat(64), &settings, &RunContext::silent()).unwrap();
+        for seed in 910..914 {
+            let (scan, truth, side) = without_belt(&nominal, &solid, seed, false);
+            let found = best_fit(&solid, &scan, &RunContext::silent()).unwrap_or_else(|stop| panic!("{stop}"));
+            let case = format!("{} {seed}", nominal.name);
+            let is_open = found.open_face.is_some();
+            assert!(found.side.is_none() && (may_be_open || !is_open), "{case}: {:?}", found.open_face);
+            let shift_mm = if is_open { nominal.thickness_mm } else { 0.0 };
+            assert!(is_open || found.face == side, "{case}");
+            let (angle, distance) = found.cad_from_scan.difference(&truth, &solid.centroid);
+            assert!(angle.to_degrees() < 1.0 && distance < shift_mm + 0.5, "{case}: {angle} {distance}");
+        }
+    }
+}
+
 /// Points exactly on the face, moved rigidly: the pose moves along.
 #[test]
 fn a_moved_cloud_gives_the_moved_pose_with_any_number_of_threads() {
