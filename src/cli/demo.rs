@@ -35,7 +35,8 @@ pub(super) fn run(arguments: &DemoArguments, manner: Manner) -> Result<Exit, Dia
         return Err(Diagnostic::error("none of the demo's scans could be measured"));
     }
     explain(folder, &files);
-    Ok(Exit::Good)
+    // What could not be written was told on the way.
+    Ok(if summary.unwritten > 0 { Exit::NotGood } else { Exit::Good })
 }
 
 /// Writes what is not there yet; somebody's changes to an earlier demo are not overwritten.

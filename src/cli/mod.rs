@@ -86,6 +86,10 @@ pub fn main() -> ExitCode {
         terminal::error(&Diagnostic::error(format!("{} threads cannot be started: {e}", arguments.threads)));
         return Exit::Unusable.into();
     }
+    if let Err(e) = outlive_file_size_limits() {
+        terminal::error(&Diagnostic::error(format!("the system's limit on file sizes cannot be caught: {e}")));
+        return Exit::Unusable.into();
+    }
     std::panic::set_hook(Box::new(|fault| terminal::error(&internal_fault(fault))));
     match std::panic::catch_unwind(|| run_command(arguments)) {
         Ok(Ok(exit)) => exit.into(),
@@ -96,6 +100,20 @@ pub fn main() -> ExitCode {
         // The hook has told it.
         Err(_) => Exit::Unusable.into(),
     }
+}
+
+/// Unix ends a program that writes beyond the limit on file sizes (`ulimit -f`), unless it takes the signal: then the write
+/// fails, and is told like any other that fails.
+#[cfg(unix)]
+fn outlive_file_size_limits() -> std::io::Result<()> {
+    let beyond_the_limit = std::sync::Arc::default();
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, beyond_the_limit).map(|_| ())
+}
+
+/// Elsewhere a write that the system does not allow fails as it is.
+#[cfg(not(unix))]
+fn outlive_file_size_limits() -> std::io::Result<()> {
+    Ok(())
 }
 
 fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {

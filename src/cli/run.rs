@@ -84,7 +84,8 @@ pub(super) fn run_to_end(
 }
 
 fn exit_of(summary: &SequenceSummary) -> Exit {
-    let all_good = summary.pass == summary.measured() && summary.refused == 0 && summary.error.is_none();
+    let all_written = summary.unwritten == 0 && summary.error.is_none();
+    let all_good = summary.pass == summary.measured() && summary.refused == 0 && all_written;
     match summary {
         s if s.stopped => Exit::Stopped,
         s if s.measured() == 0 => Exit::Unusable,
@@ -223,6 +224,8 @@ mod tests {
         assert_eq!(exit_of(&SequenceSummary { refused: 1, ..good.clone() }), Exit::NotGood);
         assert_eq!(exit_of(&SequenceSummary { refused: 3, ..SequenceSummary::default() }), Exit::Unusable);
         assert_eq!(exit_of(&SequenceSummary::default()), Exit::Unusable);
+        assert_eq!(exit_of(&SequenceSummary { unwritten: 1, ..good.clone() }), Exit::NotGood);
+        assert_eq!(exit_of(&SequenceSummary { unwritten: 1, ..SequenceSummary::default() }), Exit::Unusable);
         let full = SequenceSummary { error: Some(Diagnostic::error("disk full")), ..good.clone() };
         assert_eq!(exit_of(&full), Exit::NotGood);
         assert_eq!(exit_of(&SequenceSummary { pass: 0, ..full }), Exit::Unusable);

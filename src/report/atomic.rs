@@ -3,11 +3,33 @@
 use crate::diagnostic::Diagnostic;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
+use tempfile::NamedTempFile;
 
 /// Writes a file so that no reader ever sees half of it: a temporary file in the same folder, forced to the disk, then
 /// renamed over the target. On failure the target is as before and nothing is left behind.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    try_write(path, bytes).map_err(|error| in_words(path, &error))
+    Staged::try_new(path, bytes)?.put()
+}
+
+/// A file whose bytes are on the disk under a name of their own. Dropped, it leaves nothing behind.
+#[derive(Debug)]
+pub struct Staged<'a> {
+    path: &'a Path,
+    file: NamedTempFile,
+}
+
+impl<'a> Staged<'a> {
+    /// Writes the bytes beside the target. What runs out - room on the disk, a limit on sizes - shows here.
+    pub fn try_new(path: &'a Path, bytes: &[u8]) -> Result<Self, Diagnostic> {
+        let file = stage(path, bytes).map_err(|error| in_words(path, &error))?;
+        Ok(Self { path, file })
+    }
+
+    /// Puts the file in its place.
+    pub fn put(self) -> Result<(), Diagnostic> {
+        let put = self.file.persist(self.path).map(drop).map_err(|error| error.error);
+        put.and_then(|()| sync_folder(self.path)).map_err(|error| in_words(self.path, &error))
+    }
 }
 
 /// Tries whether files can be written into a folder; what is written for that is gone again.
@@ -31,11 +53,11 @@ pub fn is_leftover(name: &str) -> bool {
     name.starts_with(PREFIX) && name.ends_with(SUFFIX)
 }
 
-fn try_write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn stage(path: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
     if path.is_dir() {
         return Err(io::Error::from(ErrorKind::IsADirectory));
     }
@@ -47,13 +69,15 @@ fn try_write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder)?;
+    let mut file = builder.tempfile_in(folder_of(path))?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
-    #[cfg(unix)]
-    std::fs::File::open(folder)?.sync_all()?;
-    Ok(())
+    Ok(file)
+}
+
+/// Makes the new name last through a power cut, where a folder can be forced to the disk.
+fn sync_folder(path: &Path) -> io::Result<()> {
+    if cfg!(unix) { std::fs::File::open(folder_of(path))?.sync_all() } else { Ok(()) }
 }
 
 /// Why a file could not be written, with what to do.
@@ -69,6 +93,10 @@ fn in_words(path: &Path, error: &io::Error) -> Diagnostic {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             ("cannot write, the disk is full".to_owned(), "make room, or give another folder with --out")
         }
+        ErrorKind::FileTooLarge => (
+            "cannot write, the file would be larger than this account or file system allows".to_owned(),
+            "raise the limit (`ulimit -f`), ask for fewer formats, or give another folder with --out",
+        ),
         ErrorKind::IsADirectory => {
             ("cannot write, a folder has this name".to_owned(), "rename the folder, or give another one with --out")
         }

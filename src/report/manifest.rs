@@ -23,7 +23,7 @@ use std::path::Path;
 pub const FILE: &str = "manifest.sha256";
 
 /// Kinds of files that the program writes; a file of another kind in the folder is none of our business.
-const RESULT_KINDS: [&str; 5] = ["json", "txt", "pdf", "csv", "ply"];
+pub const RESULT_KINDS: [&str; 5] = ["json", "txt", "pdf", "csv", "ply"];
 
 /// Hash by file name, sorted by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -76,6 +76,14 @@ impl Manifest {
     /// A file is going to be written with this content, or (`None`) removed.
     pub fn announce(&mut self, name: &str, content: Option<&[u8]>) {
         self.announced.insert(name.to_owned(), content.map(|bytes| hex(&Sha256::digest(bytes))));
+    }
+
+    /// A listed file is going to be copied. The copy is listed with the hash that the file had when it was written: a change
+    /// since then does not become right by it.
+    pub fn announce_copy(&mut self, name: &str, copy: &str) {
+        if let Some(hash) = self.entries.get(name) {
+            self.announced.insert(copy.to_owned(), Some(hash.clone()));
+        }
     }
 
     /// All that was announced has been done.

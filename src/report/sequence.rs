@@ -86,6 +86,18 @@ impl Row {
 }
 
 impl Row {
+    /// A row with fields that were written before, as they were: text by our quoting, numbers need none (and must not get
+    /// one).
+    fn from_file(fields: &[String]) -> Option<Self> {
+        let text = fields.iter().map(|field| quoted(field)).collect::<Vec<_>>().join(",");
+        Self::try_new(fields, text)
+    }
+
+    /// Whether both are of the same scan, plan and CAD by content.
+    pub fn has_content_of(&self, other: &Row) -> bool {
+        self.content.is_some() && self.content == other.content
+    }
+
     /// Hash of the scan; `None` when its bytes could not be read.
     pub fn scan_sha256(&self) -> Option<&str> {
         self.content.as_ref()?.split(' ').next()
@@ -126,9 +138,7 @@ impl SequenceTable {
         }
         let mut table = Self::default();
         for record in records {
-            // Fields are written again as they were: text by our quoting, numbers need none (and must not get one).
-            let text = record.iter().map(|field| quoted(field)).collect::<Vec<_>>().join(",");
-            table.insert(Row::try_new(record, text).ok_or_else(foreign)?);
+            table.insert(Row::from_file(record).ok_or_else(foreign)?);
         }
         Ok(table)
     }
@@ -155,6 +165,23 @@ impl SequenceTable {
         let fields = parse(&text).into_iter().next().unwrap_or_default();
         // Our own row has the table's columns.
         if let Some(row) = Row::try_new(&fields, text) {
+            self.insert(row);
+        }
+    }
+
+    /// Gives the result files of a row another name; a row that had that name goes.
+    pub fn rename(&mut self, name: &str, new_name: &str) {
+        let mut rows = std::mem::take(self).rows;
+        rows.retain(|row| row.result != new_name);
+        for mut row in rows {
+            if row.result == name {
+                let mut fields = parse(&row.text).into_iter().next().unwrap_or_default();
+                if let Some(field) = fields.get_mut(1) {
+                    new_name.clone_into(field);
+                }
+                // Our own row has the table's columns.
+                row = Row::from_file(&fields).unwrap_or(row);
+            }
             self.insert(row);
         }
     }

@@ -6,6 +6,7 @@ mod arrivals;
 mod check;
 pub mod clock;
 mod examine;
+mod inherited;
 pub mod names;
 pub mod request;
 pub mod results;

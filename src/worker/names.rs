@@ -22,9 +22,11 @@ struct Owner {
 }
 
 impl ResultNames {
-    /// Goes on with the names that earlier runs gave: result name, scan file name, the scan's hash.
+    /// Goes on with the names that earlier runs gave: result name, scan file name, the scan's hash. A name under which an
+    /// earlier result was kept stays its own.
     pub fn of_earlier_runs<'a>(results: impl Iterator<Item = (&'a str, &'a str, Option<&'a str>)>) -> Self {
         let owned = |(result, scan, sha256): (&str, &str, Option<&str>)| {
+            let (scan, sha256) = if is_set_aside(result) { ("", None) } else { (scan, sha256) };
             let owner = Owner { file_name: scan.to_owned(), sha256: sha256.map(str::to_owned), path: None };
             (result.to_owned(), owner)
         };
@@ -70,6 +72,16 @@ impl ResultNames {
         }
         full
     }
+}
+
+/// The name under which a result is kept when a scan of the same name and another content comes, `number` from 1.
+pub fn set_aside(name: &str, number: usize) -> String {
+    format!("{name} (earlier {number})")
+}
+
+fn is_set_aside(name: &str) -> bool {
+    let number = name.strip_suffix(')').and_then(|name| name.rsplit_once(" (earlier "));
+    number.is_some_and(|(_, number)| number.parse::<usize>().is_ok())
 }
 
 /// One path for one file, however it was written; the file itself may be missing.
@@ -119,6 +131,17 @@ mod tests {
         assert_eq!(names.name_for(Path::new("b/1.ply"), Some("changed meanwhile"), ANY), "1.ply");
         assert_eq!(names.name_for(Path::new("c/1.ply"), Some("new"), ANY), "1");
         assert_eq!(names.name_for(Path::new("d/1.ply"), Some("new"), ANY), "1.ply (2)");
+    }
+
+    #[test]
+    fn an_earlier_result_that_was_kept_gives_its_name_to_nobody() {
+        let kept = set_aside("1", 1);
+        let rows = [("1", "1.ply", Some("b")), (&*kept, "1.ply", Some("a"))];
+        let mut names = ResultNames::of_earlier_runs(rows.into_iter());
+        // The scan that lies there now is read from `1.json`, whatever was there before.
+        assert_eq!(names.name_for(Path::new("a/1.ply"), Some("a"), ANY), "1");
+        assert_eq!(names.name_for(Path::new("b/1.ply"), Some("c"), ANY), "1.ply");
+        assert_eq!(names.name_for(&Path::new("a").join(format!("{kept}.ply")), Some("d"), ANY), format!("{kept}.ply"));
     }
 
     #[test]

@@ -65,6 +65,8 @@ pub struct SequenceSummary {
     pub fail: usize,
     /// Scans that were refused.
     pub refused: usize,
+    /// Scans whose results could not be written.
+    pub unwritten: usize,
     /// Somebody stopped it.
     pub stopped: bool,
     /// It could not go on.

@@ -1,17 +1,19 @@
 //! The results folder: every file whole, its manifest and its table of scans up to date after each part.
 
-use super::names::ResultNames;
+use super::inherited::{load_table, lock, remove_leftovers, set_aside};
+use super::names::{self, ResultNames};
 use super::watch::Listed;
 use crate::diagnostic::Diagnostic;
 use crate::inspect::{Inspected, Outcome};
-use crate::io::{read_plain, sha256_hex};
+use crate::io::read_plain;
 use crate::part::Part;
 use crate::plan::OutputFormat;
+use crate::report::atomic::Staged;
 use crate::report::manifest::{self, Manifest};
 use crate::report::sequence::{self, Row, SequenceTable};
-use crate::report::{self, MapScene, atomic};
+use crate::report::{self, MapScene};
 use std::collections::BTreeSet;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
@@ -69,9 +71,10 @@ impl ResultsFolder {
         Ok((folder, warnings))
     }
 
-    /// Opens the folder again after it could not be written; it is not made anew, for it may lie on a disk that is away.
+    /// Opens the folder again after it could not be written; one that was removed is made again. The folder around it is
+    /// not: where that is gone too, the disk is away.
     pub fn reopen(&mut self) -> Result<Vec<Diagnostic>, Diagnostic> {
-        if !self.path.is_dir() {
+        if !self.is_there() && !parent_of(&self.path).is_dir() {
             return Err(Diagnostic::error("the results folder is not there").in_file(&self.path));
         }
         // The old lock goes first: this very run holds it.
@@ -80,6 +83,11 @@ impl ResultsFolder {
         folder.scans_here = std::mem::take(&mut self.scans_here);
         *self = folder;
         Ok(warnings)
+    }
+
+    /// Whether the folder still stands where it was opened.
+    pub fn is_there(&self) -> bool {
+        self.path.is_dir()
     }
 
     /// Leaves this program's own files out of a listing of scans and keeps the others from being written over, should
@@ -95,8 +103,7 @@ impl ResultsFolder {
     /// Keeps scans that were named by hand from being written over.
     pub fn keep_scans(&mut self, scans: &[PathBuf]) {
         for scan in scans {
-            let folder = scan.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            if fs::canonicalize(folder).is_ok_and(|folder| folder == self.real_path) {
+            if fs::canonicalize(parent_of(scan)).is_ok_and(|folder| folder == self.real_path) {
                 self.scans_here.extend(file_name(scan));
             }
         }
@@ -120,38 +127,112 @@ impl ResultsFolder {
         (name, printed)
     }
 
-    /// A word of warning where the reports will replace those of a scan with another content, of an earlier run or of this one.
-    pub fn replaces(&self, name: &str, inspected: &Inspected) -> Option<Diagnostic> {
-        let row = self.table.row_of(name)?;
-        let (before, now) = (row.scan_sha256()?, inspected.result.identity.scan_sha256.as_deref()?);
-        let message = format!("\"{name}\": the result of a scan {} with another content is replaced", row.scan);
-        let help = "to keep both, give the scans names of their own or run into another folder with --out";
-        (before != now).then(|| Diagnostic::warning(message).in_file(&self.path).with_help(help))
+    /// The name under which the reports of an earlier scan will be kept, where those of this one take their place though its
+    /// content is another (or could not be read). A refusal holds no measurement and is not kept.
+    pub fn sets_aside(&self, name: &str, inspected: &Inspected) -> Option<String> {
+        let row = self.table.row_of(name).filter(|row| !row.refused)?;
+        let before = row.scan_sha256()?;
+        if inspected.result.identity.scan_sha256.as_deref() == Some(before) {
+            return None;
+        }
+        let is_free = |aside: &str| {
+            let taken = |kind: &str| self.path.join(format!("{aside}.{kind}")).exists();
+            self.table.row_of(aside).is_none() && !manifest::RESULT_KINDS.into_iter().any(taken)
+        };
+        let is_same = |aside: &str| self.table.row_of(aside).is_some_and(|kept| kept.has_content_of(row));
+        (1..).map(|n| names::set_aside(name, n)).find(|aside| is_same(aside) || is_free(aside))
+    }
+
+    /// What of an earlier scan's reports is written before those that take their place: copies under the other name; what
+    /// the new scan has no report in goes.
+    fn keep_aside(&mut self, name: &str, aside: &str, printed: &Printed) -> Result<Printed, Diagnostic> {
+        let mut batch = Vec::new();
+        for kind in manifest::RESULT_KINDS {
+            let (file, copy) = (format!("{name}.{kind}"), format!("{aside}.{kind}"));
+            let path = self.path.join(&file);
+            if !self.manifest.lists(&file) || !path.exists() {
+                continue;
+            }
+            let bytes = read_plain(&path).map_err(|e| {
+                Diagnostic::error(format!("an earlier result cannot be kept: {e}"))
+                    .in_file(&path)
+                    .with_help("make the file readable, or give another folder with --out")
+            })?;
+            self.manifest.announce_copy(&file, &copy);
+            batch.push((copy, Some(bytes)));
+            if !printed.iter().any(|(new, _)| *new == file) {
+                self.manifest.announce(&file, None);
+                batch.push((file, None));
+            }
+        }
+        self.table.rename(name, aside);
+        Ok(batch)
     }
 
     /// Writes the reports of one scan and the table, and confirms them in the manifest. Ended at any moment, the folder is
     /// consistent: the manifest knows of every file what it was and what it was to become. Returns the files written. Where one cannot
     /// be written, those before it stay and are listed; the table, the last of them, has no row of the scan then.
     pub fn store(&mut self, name: &str, printed: Printed, inspected: &Inspected) -> Result<Vec<PathBuf>, Diagnostic> {
-        self.table.put(name, &inspected.result);
-        let mut batch = printed;
-        // A report that is to go and never was there needs no word.
-        batch.retain(|(file, content)| content.is_some() || self.manifest.lists(file));
-        batch.push((sequence::FILE.to_owned(), Some(self.table.to_csv().into_bytes())));
-        for (file, content) in &batch {
-            self.manifest.announce(file, content.as_deref());
-        }
-        let written = self.manifest.write(&self.path).and_then(|()| write_batch(&self.path, &batch));
-        match &written {
-            Ok(_) => self.manifest.confirm(),
-            // What was written before the fault is listed as it lies there, as far as the disk still takes the list.
-            Err(_) => self.manifest.settle(&self.path),
+        let table = self.table.clone();
+        let written = self.write_part(name, printed, inspected);
+        if written.is_err() {
+            // No row without its files; what was written before the fault is listed as it lies there, as far as the
+            // disk still takes the list.
+            self.table = table;
+            self.manifest.settle(&self.path);
         }
         let listed = self.manifest.write(&self.path);
-        let mut files = written?;
+        let files = written?;
         listed?;
-        // The table is not one of the scan's own reports.
+        Ok(files)
+    }
+
+    fn write_part(
+        &mut self,
+        name: &str,
+        mut printed: Printed,
+        inspected: &Inspected,
+    ) -> Result<Vec<PathBuf>, Diagnostic> {
+        let mut batch = match self.sets_aside(name, inspected) {
+            Some(aside) => self.keep_aside(name, &aside, &printed)?,
+            None => Vec::new(),
+        };
+        let kept = batch.iter().filter(|(_, content)| content.is_some()).count();
+        self.table.put(name, &inspected.result);
+        // A report that is to go and never was there needs no word.
+        printed.retain(|(file, content)| content.is_some() || self.manifest.lists(file));
+        printed.push((sequence::FILE.to_owned(), Some(self.table.to_csv().into_bytes())));
+        for (file, content) in &printed {
+            self.manifest.announce(file, content.as_deref());
+        }
+        batch.append(&mut printed);
+        let mut files = self.write_batch(&batch)?;
+        // Neither the copies nor the table are the scan's own reports.
+        files.drain(..kept);
         files.pop();
+        Ok(files)
+    }
+
+    /// Writes all files beside their places first, so that a full disk leaves nothing of the part; then puts or removes file
+    /// after file, in order, between the announcement and the confirmation.
+    fn write_batch(&mut self, batch: &Printed) -> Result<Vec<PathBuf>, Diagnostic> {
+        let paths: Vec<PathBuf> = batch.iter().map(|(file, _)| self.path.join(file)).collect();
+        let stage = |(path, (_, content)): (_, &(String, Option<Vec<u8>>))| {
+            content.as_ref().map(|bytes| Staged::try_new(path, bytes)).transpose()
+        };
+        let staged = paths.iter().map(PathBuf::as_path).zip(batch).map(stage).collect::<Result<Vec<_>, _>>()?;
+        self.manifest.write(&self.path)?;
+        let mut files = Vec::new();
+        for (path, staged) in paths.iter().zip(staged) {
+            match staged {
+                Some(staged) => {
+                    staged.put()?;
+                    files.push(path.clone());
+                }
+                None => remove(path)?,
+            }
+        }
+        self.manifest.confirm();
         Ok(files)
     }
 
@@ -159,22 +240,6 @@ impl ResultsFolder {
     pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<&Row> {
         self.table.inspected_as(scan_sha256, plan_sha256, cad_sha256)
     }
-}
-
-/// Writes or removes file after file, in order, until one fails.
-fn write_batch(folder: &Path, batch: &Printed) -> Result<Vec<PathBuf>, Diagnostic> {
-    let mut files = Vec::new();
-    for (file, content) in batch {
-        let path = folder.join(file);
-        match content {
-            Some(bytes) => {
-                atomic::write(&path, bytes)?;
-                files.push(path);
-            }
-            None => remove(&path)?,
-        }
-    }
-    Ok(files)
 }
 
 /// Whether a result of that name stands in the folder though no manifest lists it (any more).
@@ -188,83 +253,12 @@ fn was_written_by_us(folder: &Path, name: &str) -> bool {
     read.is_ok() && String::from_utf8_lossy(&start).contains("\"schema\": \"shapeline-result/")
 }
 
+fn parent_of(path: &Path) -> &Path {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 fn file_name(path: &Path) -> Option<String> {
     path.file_name().map(|name| name.to_string_lossy().into_owned())
-}
-
-/// Keeps two runs from writing into one folder, where the system can. The lock is on the folder itself, leaves no file and
-/// ends with the process.
-fn lock(path: &Path) -> Result<Option<File>, Diagnostic> {
-    let Ok(folder) = File::open(path) else { return Ok(None) };
-    match folder.try_lock() {
-        Ok(()) => Ok(Some(folder)),
-        Err(TryLockError::WouldBlock) => Err(Diagnostic::error("another run is writing into this results folder")
-            .in_file(path)
-            .with_help("wait for it or stop it, or give another folder with --out")),
-        // Some file systems have no locks.
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
-}
-
-/// Removes half-written files of a run that was killed. The lock says that nobody is writing here.
-fn remove_leftovers(folder: &Path) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        if atomic::is_leftover(&name.to_string_lossy()) {
-            // One that cannot be removed harms nobody.
-            let _ = fs::remove_file(entry.path());
-        }
-    }
-}
-
-/// The table to go on with. One that cannot be read is set aside; of one that was changed by somebody a copy is kept.
-fn load_table(folder: &Path, manifest: &Manifest, warnings: &mut Vec<Diagnostic>) -> Result<SequenceTable, Diagnostic> {
-    let table = match SequenceTable::load(folder) {
-        Ok(table) => table,
-        Err(damage) => {
-            warnings.push(set_aside(folder, sequence::FILE, &damage)?);
-            return Ok(SequenceTable::default());
-        }
-    };
-    let path = folder.join(sequence::FILE);
-    let Some(listed) = manifest.hash_of(sequence::FILE) else { return Ok(table) };
-    match read_plain(&path) {
-        Ok(bytes) if sha256_hex(&bytes) == listed => {}
-        Ok(_) => {
-            let copy = free_name(folder, sequence::FILE, "changed");
-            let kept = fs::copy(&path, &copy).is_ok();
-            let words = if kept { format!(", a copy is kept as {}", copy.display()) } else { String::new() };
-            let warning =
-                Diagnostic::warning(format!("was changed after it was written{words}; its rows are taken over"));
-            warnings.push(warning.in_file(&path).with_help("compare it with the JSON results, which verify checks"));
-        }
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            let warning = Diagnostic::warning("is gone, a new one is begun").in_file(&path);
-            warnings.push(warning.with_help("scans of earlier runs may be inspected once more"));
-        }
-        Err(_) => {}
-    }
-    Ok(table)
-}
-
-/// Renames a file that cannot be used, so that production goes on and nothing is lost.
-fn set_aside(folder: &Path, name: &str, damage: &Diagnostic) -> Result<Diagnostic, Diagnostic> {
-    let (path, aside) = (folder.join(name), free_name(folder, name, "damaged"));
-    fs::rename(&path, &aside).map_err(|e| {
-        Diagnostic::error(format!("cannot be used ({}) and cannot be moved away: {e}", damage.message))
-            .in_file(&path)
-            .with_help("move it away, or give another folder with --out")
-    })?;
-    let place = damage.line.map(|line| format!(" line {line}:")).unwrap_or_default();
-    let message = format!("cannot be used:{place} {}; kept as {}, a new one is begun", damage.message, aside.display());
-    Ok(Diagnostic::warning(message).in_file(&path).with_help("look what changed it; the scans are not concerned"))
-}
-
-/// `NAME.WORD`, or `NAME.WORD-2` and on where that is taken.
-fn free_name(folder: &Path, name: &str, word: &str) -> PathBuf {
-    let first = folder.join(format!("{name}.{word}"));
-    let mut others = (2..).map(|n| folder.join(format!("{name}.{word}-{n}")));
-    if first.exists() { others.find(|path| !path.exists()).unwrap_or(first) } else { first }
 }
 
 /// Removes what an earlier run said of a scan in a format that has nothing to say now.
@@ -316,38 +310,6 @@ mod tests {
     }
 
     #[test]
-    fn damaged_tables_are_kept_aside_and_do_not_stop_the_work() {
-        let dir = tempfile::tempdir().unwrap();
-        for round in ["damaged", "damaged-2"] {
-            fs::write(dir.path().join(manifest::FILE), "no manifest").unwrap();
-            fs::write(dir.path().join(sequence::FILE), b"\xff\xfe").unwrap();
-            let (_, warnings) = open(dir.path());
-            assert_eq!(warnings.len(), 2, "{warnings:?}");
-            for file in [manifest::FILE, sequence::FILE] {
-                let aside = format!("{file}.{round}");
-                assert!(dir.path().join(&aside).is_file(), "{aside}");
-                assert!(warnings.iter().any(|w| w.contains(&aside)), "{warnings:?}");
-            }
-        }
-        assert!(open(dir.path()).1.is_empty());
-    }
-
-    #[test]
-    fn a_changed_table_is_told_and_a_copy_kept() {
-        let dir = tempfile::tempdir().unwrap();
-        let table = format!("{}\n", sequence::HEADER);
-        fs::write(dir.path().join(sequence::FILE), &table).unwrap();
-        manifest::write(dir.path(), &[sequence::FILE.to_owned()]).unwrap();
-        assert!(open(dir.path()).1.is_empty());
-        fs::write(dir.path().join(sequence::FILE), table.replace('\n', "\r\n")).unwrap();
-        let (_, warnings) = open(dir.path());
-        assert!(warnings.len() == 1 && warnings[0].contains("sequence.csv.changed"), "{warnings:?}");
-        fs::remove_file(dir.path().join(sequence::FILE)).unwrap();
-        let (_, warnings) = open(dir.path());
-        assert!(warnings.len() == 1 && warnings[0].contains("is gone"), "{warnings:?}");
-    }
-
-    #[test]
     fn one_run_at_a_time_writes_into_a_folder() {
         let dir = tempfile::tempdir().unwrap();
         let (mut first, _) = open(dir.path());
@@ -360,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_before_a_fault_is_listed() {
+    fn a_part_that_cannot_be_written_leaves_the_folder_as_it_was() {
         let dir = tempfile::tempdir().unwrap();
         let (mut folder, _) = open(dir.path());
         let inspected = Inspected { result: crate::report::example::bracket(), scan: None };
@@ -374,7 +336,7 @@ mod tests {
         fs::create_dir(dir.path().join("1.txt")).unwrap();
         let fault = folder.store("1", printed("second"), &inspected).unwrap_err();
         assert!(fault.message.contains("a folder has this name"), "{fault}");
-        assert_eq!(fs::read(dir.path().join("1.json")).unwrap(), b"second");
+        assert_eq!(fs::read(dir.path().join("1.json")).unwrap(), b"first");
         assert_eq!(fs::read(dir.path().join("1.csv")).unwrap(), b"first");
         assert_eq!(fs::read(dir.path().join(sequence::FILE)).unwrap(), table);
         let verified = manifest::verify(dir.path()).unwrap();
@@ -390,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_result_that_replaces_another_scans_is_told() {
+    fn a_result_of_another_content_finds_its_own_name_again() {
         let dir = tempfile::tempdir().unwrap();
         let (mut folder, _) = open(dir.path());
         let scan = |sha256: &str| {
@@ -400,11 +362,13 @@ mod tests {
             Inspected { result, scan: None }
         };
         let file = || vec![("1.json".to_owned(), Some(b"x".to_vec()))];
-        assert!(folder.replaces("1", &scan("a")).is_none());
+        assert_eq!(folder.sets_aside("1", &scan("a")), None);
         folder.store("1", file(), &scan("a")).unwrap();
-        assert!(folder.replaces("1", &scan("a")).is_none(), "the same content once more");
-        let warning = folder.replaces("1", &scan("b")).unwrap();
-        assert!(warning.message.contains("1.ply") && warning.help.is_some(), "{warning}");
+        assert_eq!(folder.sets_aside("1", &scan("a")), None, "the same content once more");
+        assert_eq!(folder.sets_aside("1", &scan("b")).as_deref(), Some("1 (earlier 1)"));
+        let mut unreadable = scan("b");
+        unreadable.result.identity.scan_sha256 = None;
+        assert!(folder.sets_aside("1", &unreadable).is_some(), "whatever it was, it was not inspected");
         // A later run: by its content the scan finds its own name, whatever folder it lies in now.
         folder.store("1.ply", vec![("1.ply.json".to_owned(), Some(b"y".to_vec()))], &scan("b")).unwrap();
         folder.reopen().unwrap();

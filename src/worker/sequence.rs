@@ -140,11 +140,26 @@ impl<'a> Sequence<'a> {
                 return Ok(());
             }
             (self.listener)(Event::Started { index: index + 1, of: Some(of), scan: scan.clone() });
-            if let ScanEnd::Done(outcome) = self.one_scan(scan, None)? {
-                summary.count(&outcome);
+            match self.one_scan(scan, None) {
+                Ok(ScanEnd::Done(outcome)) => summary.count(&outcome),
+                Ok(_) => {}
+                Err(diagnostic) => self.unwritten(scan, diagnostic, summary),
             }
         }
         Ok(())
+    }
+
+    /// The results of a part could not be written: told, counted, and the next part is tried.
+    fn unwritten(&mut self, scan: &Path, mut diagnostic: Diagnostic, summary: &mut SequenceSummary) {
+        summary.unwritten += 1;
+        let name = scan.file_name().unwrap_or(scan.as_os_str()).to_string_lossy();
+        diagnostic.message = format!("the results of {name} are lost: {}", diagnostic.message);
+        let mut problems = vec![diagnostic];
+        if !self.results.is_there() {
+            // One that cannot be made again is told with the next part.
+            problems.extend(self.results.reopen().unwrap_or_default());
+        }
+        (self.listener)(Event::Problems(problems));
     }
 
     /// One scan, from its bytes to its reports. With `watched`, the listing that made it ready, a scan that is not whole
@@ -219,10 +234,15 @@ impl<'a> Sequence<'a> {
             inspected = self.examiner.broken(scan, sha256, &*panic);
             self.results.print(scan, &inspected, &self.examiner.part)
         });
-        if let Some(warning) = self.results.replaces(&name, &inspected) {
-            (self.listener)(Event::Problems(vec![warning]));
-        }
+        let aside = self.results.sets_aside(&name, &inspected);
         let files = self.results.store(&name, printed, &inspected)?;
+        if let Some(aside) = aside {
+            let message = format!(
+                "the scan has another content than the one inspected before under its name; that result is kept as \"{aside}\""
+            );
+            let help = "give each part's scan a name of its own";
+            (self.listener)(Event::Problems(vec![Diagnostic::warning(message).in_file(scan).with_help(help)]));
+        }
         self.append_timings(scan, clock);
         let outcome = inspected.result.outcome.clone();
         (self.listener)(Event::Finished { result: Box::new(inspected.result), files });

@@ -326,6 +326,59 @@ fn scans_of_one_name_do_not_share_a_result() {
 }
 
 #[test]
+fn a_scan_name_used_again_keeps_the_earlier_result() {
+    let project = Project::new();
+    project.change_plan(&[("\"ascii\", \"json\"", "\"json\", \"csv\"")]);
+    project.add_real_scan("1.ply");
+    project.run(["run", "demo.toml"]).assert_ended(0, &[]);
+    let first = project.files("results");
+    project.write("scans/1.ply", &tiny_scan(1));
+    let aside = ["warning: ", "scans/1.ply", "kept as \"1 (earlier 1)\""];
+    project.run(["run", "demo.toml"]).assert_ended(2, &aside);
+    // The name that everybody reads is that of the scan that lies there now.
+    assert_eq!(status_of(&project.json("results/1.json")), "refused");
+    project.assert_verified("results");
+    let kept = |project: &Project| {
+        let files = project.files("results");
+        for kind in ["json", "csv"] {
+            assert_eq!(files[&format!("1 (earlier 1).{kind}")], first[&format!("1.{kind}")], "{kind}");
+        }
+        let table = String::from_utf8(files["sequence.csv"].clone()).unwrap();
+        assert_eq!(table.lines().count(), 3, "{table}");
+        assert!(table.contains("1.ply,1 (earlier 1),,measured"), "{table}");
+    };
+    kept(&project);
+    // The part comes back under its name: its result stands twice, a refusal is not kept.
+    project.add_real_scan("1.ply");
+    let ran = project.run(["run", "demo.toml"]);
+    ran.assert_ended(0, &[]);
+    assert!(!ran.stderr.contains("warning"), "{ran:?}");
+    assert_eq!(project.read("results/1.json"), first["1.json"]);
+    kept(&project);
+    project.assert_verified("results");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_part_whose_results_are_too_large_fails_and_the_next_is_tried() {
+    let project = Project::new();
+    project.change_plan(&[("\"ascii\", \"json\"", "\"json\", \"ply\"")]);
+    project.add_real_scan("1.ply");
+    project.write("scans/2.ply", &tiny_scan(2));
+    // 100 blocks of 512 or 1024 bytes: room for the JSON of a scan, not for its points.
+    let limited = format!("ulimit -f 100; exec {} run demo.toml", env!("CARGO_BIN_EXE_shapeline"));
+    let output = std::process::Command::new("sh").args(["-c", &limited]).current_dir(project.root()).output().unwrap();
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(words.contains("results of 1.ply") && words.contains("larger than"), "{words}");
+    let names: Vec<String> = project.files("results").into_keys().collect();
+    assert_eq!(names, ["2.json", "manifest.sha256", "sequence.csv"], "{words}");
+    project.assert_verified("results");
+    project.run(["run", "demo.toml"]).assert_ended(1, &[]);
+    assert_eq!(project.results(), 2);
+}
+
+#[test]
 fn results_among_the_scans_are_no_scans_and_replace_none() {
     let project = Project::new();
     project.change_plan(&[("\"ascii\", \"json\"", "\"ply\""), ("folder = \"results\"", "folder = \"scans\"")]);
@@ -506,6 +559,11 @@ fn the_window_is_promised_and_help_is_at_hand() {
     help.assert_ended(0, &[]);
     for command in ["run", "check", "demo", "prepare", "simulate", "fit", "verify"] {
         assert!(help.stdout.contains(command), "{command}");
+    }
+    for later in
+        [&["merge", "MERGE.toml", "--out", "x.ply"][..], &["study", "PLAN.toml", "--count", "3"], &["mask-study"]]
+    {
+        run_in(folder.path(), later).assert_ended(2, &["this version does not have", later[0], "help: "]);
     }
     run_in(folder.path(), ["run"]).assert_ended(2, &["PLAN"]);
     run_in(folder.path(), ["--threads", "many", "demo"]).assert_ended(2, &["many"]);

@@ -84,7 +84,12 @@ impl Project {
 
     /// How many scans have a result in `results`.
     pub fn results(&self) -> usize {
-        self.files("results").keys().filter(|name| name.ends_with(".json")).count()
+        self.results_in("results")
+    }
+
+    /// How many scans have a result in a folder.
+    pub fn results_in(&self, folder: &str) -> usize {
+        self.files(folder).keys().filter(|name| name.ends_with(".json")).count()
     }
 
     pub fn assert_verified(&self, folder: &str) {

@@ -118,17 +118,35 @@ fn a_folder_that_vanishes_is_waited_for() {
 #[test]
 fn results_that_cannot_be_written_are_tried_again_and_none_is_lost() {
     let project = Project::new();
+    project.change_plan(&[("folder = \"results\"", "folder = \"share/results\"")]);
     project.write("scans/1.ply", &tiny_scan(1));
     let mut running = watch(&project);
     running.wait_for_lines(1);
-    std::fs::rename(project.path("results"), project.path("away")).unwrap();
+    // With the folder around it gone the disk is away: it is waited for, and nothing is made in its place.
+    std::fs::rename(project.path("share"), project.path("away")).unwrap();
     project.write("scans/2.ply", &tiny_scan(2));
     running.wait_for_words(&["no scan is lost"]);
-    std::fs::rename(project.path("away"), project.path("results")).unwrap();
+    std::fs::rename(project.path("away"), project.path("share")).unwrap();
     running.wait_for_lines(2);
     running.wait_for_words(&["results can be written again"]);
     let lines = stop(running, &project);
-    assert_eq!((lines.len(), project.results()), (2, 2));
+    assert_eq!((lines.len(), project.results_in("share/results")), (2, 2));
+    project.assert_verified("share/results");
+}
+
+#[test]
+fn a_results_folder_that_somebody_removes_is_made_again() {
+    let project = Project::new();
+    project.write("scans/1.ply", &tiny_scan(1));
+    let mut running = watch(&project);
+    running.wait_for_lines(1);
+    std::fs::remove_dir_all(project.path("results")).unwrap();
+    project.write("scans/2.ply", &tiny_scan(2));
+    running.wait_for_words(&["no scan is lost"]);
+    running.wait_for_lines(2);
+    running.wait_for_words(&["results can be written again"]);
+    stop(running, &project);
+    assert!(project.has("results/2.json") && project.has("results/sequence.csv"));
 }
 
 #[test]
