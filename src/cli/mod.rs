@@ -10,7 +10,8 @@ mod terminal;
 mod verify;
 
 use crate::diagnostic::{Diagnostic, ReadError};
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -46,6 +47,19 @@ enum Command {
     Fit(fit::FitArguments),
     /// Check a results folder against its manifest.
     Verify(verify::VerifyArguments),
+    #[command(hide = true)]
+    Merge(Unheard),
+    #[command(hide = true)]
+    Study(Unheard),
+    #[command(hide = true)]
+    MaskStudy(Unheard),
+}
+
+/// The arguments of a command that this version does not have.
+#[derive(Debug, Args)]
+struct Unheard {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    _arguments: Vec<OsString>,
 }
 
 /// How the program ends; the README tells people the same.
@@ -126,6 +140,9 @@ fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
         Some(Command::Simulate(simulate)) => simulate::run(&simulate, manner),
         Some(Command::Fit(fit)) => fit::run(&fit),
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
+        Some(Command::Merge(_)) => Err(not_yet("`merge` (several views of a part made one cloud)")),
+        Some(Command::Study(_)) => Err(not_yet("`study` (the capability of a plan)")),
+        Some(Command::MaskStudy(_)) => Err(not_yet("`mask-study` (thresholds of a merge)")),
         None => Err(no_window(arguments.plan)),
     }
 }
@@ -142,6 +159,12 @@ fn no_window(plan: Option<PathBuf>) -> Diagnostic {
     let plan = plan.map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
     Diagnostic::error("this version has no window yet")
         .with_help(format!("inspect with `shapeline run {plan}`, or see `shapeline --help`"))
+}
+
+/// Planned words that do nothing yet.
+fn not_yet(what: &str) -> Diagnostic {
+    Diagnostic::error(format!("this version does not have {what} yet"))
+        .with_help("see `shapeline --help` for what it has; CHANGELOG.md tells what comes later")
 }
 
 /// A file's fault as a message; a cancelled job has none of its own.
