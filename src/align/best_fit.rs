@@ -75,7 +75,6 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
         margin: found.margin,
         margin_limit: MARGIN_LIMIT,
         poses_tried: found.poses_tried,
-        to_camera_scan: view.to_camera_scan,
         uncertainty: found.uncertainty,
         converged: found.settled,
         unfinished_mm: found.unfinished_mm,

@@ -387,7 +387,6 @@ mod tests {
             margin: 3.0,
             margin_limit: 1.5,
             poses_tried: 10,
-            to_camera_scan: None,
             uncertainty,
             converged,
             unfinished_mm: 0.25,

@@ -1,6 +1,6 @@
 //! What an alignment tells.
 
-use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
+use crate::geometry::{CadFromScan, Isometry3, Point3, Vector3};
 use crate::plan::Side;
 
 /// The robust best fit.
@@ -22,8 +22,6 @@ pub struct BestFit {
     pub margin_limit: f64,
     /// Start poses tried.
     pub poses_tried: usize,
-    /// Direction towards the camera, scan frame, when known.
-    pub to_camera_scan: Option<UnitVector3>,
     /// How well the pose is known, from the scatter of the points and from what its iteration left undone.
     pub uncertainty: PoseUncertainty,
     /// Whether the iteration ended at the best fit, to within what the scatter of the points leaves open. Where it did not the

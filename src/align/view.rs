@@ -13,8 +13,6 @@ use nalgebra::{Matrix3, SymmetricEigen};
 const MOST_RESTING: usize = 10;
 /// Directions nearer than this are one.
 const SAME_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
-/// A mean normal shorter than this tells no side.
-const LEAST_MEAN_NORMAL: f64 = 0.3;
 
 /// What is known about the camera.
 pub(super) struct View {
@@ -27,31 +25,15 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Reads the camera's direction off the scan: the plan's view direction or the belt, else the normals in the file.
+    /// Reads the camera's direction off the scan.
     pub fn of(part: &Part, scan: &ConditionedScan) -> Result<Self, Stop> {
-        let to_camera_scan = scan.to_camera.or_else(|| mean_normal(scan));
+        let to_camera_scan = scan.to_camera;
         let tells_side = to_camera_scan.is_some();
         if !tells_side && part.cad_side != CadSide::Solid && part.thickness_mm > 0.0 {
             return Err(refuse::without_side(part.thickness_mm).into());
         }
         Ok(Self { to_camera_scan, tells_side, both_ends: !tells_side && part.cad_side == CadSide::Solid })
     }
-}
-
-/// Mean of the kept points' normals (a file's normals point out to the camera), if it is clear enough.
-fn mean_normal(scan: &ConditionedScan) -> Option<UnitVector3> {
-    let normals = scan.cloud.normals.as_ref()?;
-    let mut sum = Vector3::zeros();
-    let mut count = 0.0;
-    for n in scan.kept.iter().map(|&k| normals[k as usize]) {
-        let n = Vector3::new(n[0].into(), n[1].into(), n[2].into());
-        if n.iter().all(|v| v.is_finite()) {
-            sum += n;
-            count += 1.0;
-        }
-    }
-    let mean = sum / f64::max(count, 1.0);
-    (mean.norm() >= LEAST_MEAN_NORMAL).then(|| UnitVector3::new_normalize(mean))
 }
 
 /// CAD directions that may point along z of the work frame, each not within a few degrees of another.

@@ -132,7 +132,6 @@ pub fn bracket() -> InspectionResult {
                 margin: 4.2,
                 margin_limit: 1.5,
                 poses_tried: 48,
-                to_camera_scan: None,
                 uncertainty: PoseUncertainty::none(Point3::origin()),
                 converged: true,
                 unfinished_mm: 0.0,

@@ -12,6 +12,7 @@ use super::colour::{BeltColours, automatic_luminance_min, luminance};
 use super::conditioned::{BeltPlane, ConditionedScan, PointClass, Removed};
 use super::hints::ScanHints;
 use super::neighbourhood::{CHUNK, Texture, stratified, texture};
+use super::normals::mean_normal;
 use super::stray::components;
 use crate::diagnostic::{Refusal, Stop};
 use crate::geometry::{Point3, PointCloud, UnitVector3};
@@ -131,7 +132,8 @@ fn attempt(
     let mut classes = classify(cloud, &rules);
     run.check()?;
     let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints, &mut warnings)?;
-    let to_camera = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));
+    let told = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));
+    let to_camera = told.or_else(|| mean_normal(cloud, &kept));
     let belt_clearance_mm = belt.map(|_| rules.clearance_mm);
     Ok(Outcome { classes, kept, belt, belt_clearance_mm, to_camera, spacing_mm, warnings })
 }

@@ -143,6 +143,30 @@ fn the_camera_side_is_found_from_the_belt() {
 }
 
 #[test]
+fn normals_tell_the_camera_side_where_nothing_else_does() {
+    let scene = Scene { shape: Shape::Bracket, belt: false, points: 40_000, spikes: 0.0, ..Scene::default() };
+    let mut made = scene.make();
+    let unknown = ScanHints { view_direction: None, ..made.hints };
+    // Normals all around a direction that is not the view's, in pairs that lean to opposite sides of it by 45 degrees.
+    let camera = UnitVector3::new_normalize(Vector3::new(1.0, 2.0, 2.0));
+    let across = camera.cross(&Vector3::x()).normalize();
+    let leaning = |k: usize| (camera.into_inner() + across * if k.is_multiple_of(2) { 1.0 } else { -1.0 }).normalize();
+    let normals = |sign: &dyn Fn(usize) -> f64| {
+        Some((0..made.cloud.len()).map(|k| (leaning(k) * sign(k)).map(|c| c as f32).into()).collect())
+    };
+    let (outwards, either_way) = (normals(&|_| 1.0), normals(&|k| if k % 4 < 2 { 1.0 } else { -1.0 }));
+    made.cloud.normals = outwards;
+    let told = run_with(&made, &plane_only(), &unknown).to_camera.expect("normals");
+    // Pairs are incomplete where a point was dropped; of 40,000 a few dozen at most.
+    assert!(told.dot(&camera) > 0.9999, "{told:?}");
+    let viewed = run_with(&made, &plane_only(), &made.hints).to_camera;
+    assert_eq!(viewed, made.hints.view_direction.map(|d| -d), "the plan knows better");
+    // Normals that point to either side tell nothing.
+    made.cloud.normals = either_way;
+    assert_eq!(run_with(&made, &plane_only(), &unknown).to_camera, None);
+}
+
+#[test]
 fn a_part_without_a_belt_keeps_its_flat_faces() {
     for shape in [Shape::Plate, Shape::Hat, Shape::Bracket, Shape::Dome] {
         let scene = Scene { shape, belt: false, points: 40_000, spikes: 0.005, ..Scene::default() };

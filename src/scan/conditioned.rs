@@ -67,8 +67,8 @@ pub struct ConditionedScan {
     pub belt: Option<BeltPlane>,
     /// Height above the belt up to which points were taken for the belt, mm; `None` without a belt.
     pub belt_clearance_mm: Option<f64>,
-    /// From the part towards the camera, scan frame: minus the plan's view direction, else the belt's normal. `None` when
-    /// neither is there.
+    /// From the part towards the camera, scan frame: minus the plan's view direction, else the belt's normal, else the mean of the
+    /// kept points' normals. `None` when none of them is there.
     pub to_camera: Option<UnitVector3>,
     /// Typical distance between neighbouring kept points: 1 / sqrt(points per mm²), mm.
     pub spacing_mm: f64,

@@ -10,6 +10,7 @@ pub mod conditioned;
 pub mod grid;
 pub mod hints;
 mod neighbourhood;
+mod normals;
 mod stray;
 #[cfg(test)]
 mod synthetic;
