@@ -62,7 +62,8 @@ pub fn edge(
     let h = local.scan.spacing_mm;
     let thickness_normal = thickness_normal(local, position, normal);
     let frame = FeatureFrame::new(local, *position, &thickness_normal, normal, Some(direction));
-    check_in_sight(local, &frame)?;
+    // Right inside the edge.
+    check_in_sight(local, &frame, &[[0.0, -0.1], [0.0, -0.3]])?;
     let inner = search_mm + (8.0 * h).max(1.5);
     let half = 0.5 * (18.0 * h).max(LENGTH_MM);
     let beside = (8.0 * h).max(BESIDE_MM);

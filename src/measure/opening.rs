@@ -92,7 +92,7 @@ pub fn measure_opening<O: Opening>(
     nominal: &O,
     search_mm: f64,
 ) -> Result<OpeningFound<O>, NotFound> {
-    check_in_sight(local, frame)?;
+    check_in_sight(local, frame, &ring(nominal, 0.3))?;
     check_size(local, nominal, search_mm)?;
     let h = local.scan.spacing_mm;
     let reach = nominal.reach_mm() + margin_mm(h);
@@ -119,12 +119,13 @@ pub fn measure_opening<O: Opening>(
 
 /// Where the CAD is sampled: three rings around the outline.
 fn sample_places<O: Opening>(nominal: &O, margin: f64) -> Vec<[f64; 2]> {
-    let mut places = Vec::new();
-    for by in [0.08 * margin, 0.5 * margin, margin] {
-        let ring = nominal.grown(by);
-        places.extend(ring.iter().step_by(ring.len() / 16).copied());
-    }
-    places
+    [0.08, 0.5, 1.0].into_iter().flat_map(|share| ring(nominal, share * margin)).collect()
+}
+
+/// Some sixteen places along the outline grown by a distance.
+fn ring<O: Opening>(nominal: &O, by_mm: f64) -> Vec<[f64; 2]> {
+    let all = nominal.grown(by_mm);
+    all.iter().step_by(all.len() / 16).copied().collect()
 }
 
 /// (u, v) of the points that lie in the sheet around the opening, each where its line of sight meets that sheet's layer; and

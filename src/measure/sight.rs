@@ -5,6 +5,7 @@
 //! taken for the one behind it.
 
 use super::frame::{FeatureFrame, Uvw};
+use super::patch::face_height;
 use super::{Local, NotFound};
 use crate::geometry::Vector3;
 use crate::plan::Side;
@@ -17,17 +18,22 @@ const AROUND: usize = 8;
 const LEAST_RISE: f64 = 0.05;
 /// The line of sight starts this far off the face, so that the face's own facets do not block it, mm.
 const CLEAR_MM: f64 = 0.1;
+/// A nominal place is at most this far from the face that it belongs to, mm.
+const NOMINAL_OFF_MM: f64 = 2.0;
 /// What is nearer than this share of the height is nearer by far.
 const FAR_NEARER: f64 = 0.3;
 /// A point nearer than this to the face it is compared with is that face's, whatever else is near, mm.
 const OWN_MM: f64 = 0.3;
 
-/// Sees to it that a camera can look at the feature's place on the seen face. Where nobody knows where the camera is, the points
-/// alone decide.
+/// Sees to it that a camera can look at the feature's place on the seen face, whose sheet lies at some `places` (u, v) of its plane.
+/// Where nobody knows where the camera is, the points alone decide.
+///
+/// Lines of sight start from the face, not from the nominal place: that may lie under the face, by the chord of a hollow's facets
+/// or because the plan has it a little too low.
 ///
 /// # Errors
 /// From every direction a camera may have, the face is turned away or another leaf of the part stands before it.
-pub fn check_in_sight(local: &Local, frame: &FeatureFrame) -> Result<(), NotFound> {
+pub fn check_in_sight(local: &Local, frame: &FeatureFrame, places: &[[f64; 2]]) -> Result<(), NotFound> {
     let Some(to_camera) = local.scan.to_camera else { return Ok(()) };
     let axis = local.cad_from_scan.vector(&to_camera);
     let outward = frame.axes[2] * frame.outward;
@@ -40,7 +46,9 @@ pub fn check_in_sight(local: &Local, frame: &FeatureFrame) -> Result<(), NotFoun
         })
     };
     let mut directions = std::iter::once(axis).chain(OFF_AXIS_RAD.into_iter().flat_map(cone));
-    let start = frame.seen + outward * CLEAR_MM;
+    let heights: Vec<f64> = places.iter().filter_map(|p| face_height(local, frame, *p, NOMINAL_OFF_MM)).collect();
+    let face_mm = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
+    let start = frame.on_seen_face([0.0, 0.0, face_mm]) + outward * CLEAR_MM;
     let free = |d: &Vector3| {
         [Side::Top, Side::Bottom].iter().all(|side| local.part.face(*side).bvh.ray(&start, d, f64::INFINITY).is_none())
     };

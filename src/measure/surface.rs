@@ -67,7 +67,7 @@ pub fn surface(
     if face_height(local, &frame, [0.0; 2], search_mm + 2.0).is_none() {
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
-    check_in_sight(local, &frame)?;
+    check_in_sight(local, &frame, &[[0.0; 2]])?;
     let core = Core::gather(local, &frame, search_mm)?;
     let found = in_shrinking_windows(local, &frame, &core, search_mm)?;
     clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;

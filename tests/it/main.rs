@@ -7,7 +7,7 @@ mod axis_reading;
 mod best_fit_alignment;
 mod cad_sides;
 mod cli;
-mod closed_sheet;
+mod flat_plate;
 mod forged_cache;
 mod layers;
 mod measure_accuracy;

@@ -1,4 +1,5 @@
-//! A hole that is not there must not be measured, whatever gaps the points leave; one that is there must be.
+//! Features of a flat plate, where the truth is plain: a hole that is not there must not be measured, whatever gaps the points leave;
+//! one that is there must be, also where its nominal place is a little off.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -86,6 +87,19 @@ fn scan(points: &[[f64; 2]], density: f64, keep: impl Fn(&[f64; 2]) -> bool, rng
     }
 }
 
+/// What measurements look at, the part in its place.
+fn local<'a>(part: &'a Part, side: Side, scan: &'a ConditionedScan, grid: &'a PointGrid) -> Local<'a> {
+    const UNCERTAINTY: &UncertaintySettings = &UncertaintySettings {
+        scale_ppm: 0.0,
+        thickness_mm: 0.0,
+        system_mm: 0.0,
+        edge_offset_mm: 0.0,
+        edge_offset_u_mm: 0.0,
+    };
+    let cad_from_scan = CadFromScan::new(Isometry3::identity());
+    Local { part, face: part.face(side), scan, grid, cad_from_scan, uncertainty: UNCERTAINTY }
+}
+
 fn holes(
     part: &Part,
     scan: &ConditionedScan,
@@ -93,14 +107,7 @@ fn holes(
     diameter_mm: f64,
 ) -> Vec<Result<HoleFound, NotFound>> {
     let grid = PointGrid::build(scan, (4.0 * scan.spacing_mm).max(1.0));
-    let local = Local {
-        part,
-        face: part.face(Side::Top),
-        scan,
-        grid: &grid,
-        cad_from_scan: CadFromScan::new(Isometry3::identity()),
-        uncertainty: &UncertaintySettings::default(),
-    };
+    let local = local(part, Side::Top, scan, &grid);
     let measured =
         |p: &[f64; 2]| measure::hole(&local, &Point3::new(p[0], p[1], 0.0), &Vector3::z_axis(), diameter_mm, SEARCH_MM);
     places.iter().map(measured).collect()
@@ -189,4 +196,22 @@ fn a_hole_of_another_size_is_told() {
     }
     // What is larger by two thirds is another hole, however far apart the points are.
     assert!(drilled(Pattern::Lattice, 1.3, 10.0, 6.0, &part).iter().all(Result::is_err));
+}
+
+/// A nominal place that is drawn a little below the face is not hidden by that face: neither one over its material nor one over the hole.
+#[test]
+fn a_face_does_not_hide_a_nominal_place_inside_the_sheet() {
+    let part = plate();
+    let mut rng = ChaCha8Rng::seed_from_u64(44);
+    let made = scan(&scatter(Pattern::Lattice, 10.0, &mut rng), 10.0, |p| p[0].hypot(p[1]) > 5.0, &mut rng);
+    let grid = PointGrid::build(&made, 1.0);
+    let local = local(&part, Side::Top, &made, &grid);
+    let up = Vector3::z_axis();
+    for z in [-0.3, -0.8] {
+        measure::hole(&local, &Point3::new(0.0, 0.0, z), &up, 10.0, SEARCH_MM).unwrap();
+        measure::edge(&local, &Point3::new(HALF_MM, 0.0, z), &Vector3::x_axis(), &up, 2.0).unwrap();
+        let surface = measure::surface(&local, &Point3::new(-40.0, 0.0, z), &up, 3.0).unwrap();
+        // Five of its own standard uncertainties.
+        assert!((surface.deviation_mm + z).abs() < 5.0 * surface.standard_uncertainty_mm, "{}", surface.deviation_mm);
+    }
 }
