@@ -4,11 +4,11 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
+use super::frame::{FeatureFrame, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::{Rim, rims_near};
-use super::sight::{Sight, check_in_sight, is_of_another_wall};
+use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
     Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
@@ -73,13 +73,13 @@ pub fn edge(
     let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth, ROUGH_MM);
     let radius = (half + BESIDE_WIDER_MM).hypot(inner) + 1.0;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
-    let around = heights(local, &frame, &patch, &gathered);
+    let around = own_heights(local, &frame, &patch, &gathered, f64::INFINITY);
     let points = in_strip(&around, &strip);
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
     }
     let layer = layer_inside(&points, &strip, search_mm, frame.outward)?;
-    let cad_slopes = [patch.rise(1e-3, 0.0) / 1e-3, patch.rise(0.0, 1e-3) / 1e-3];
+    let cad_slopes = patch.slopes();
     let on_sheet = |layer: &Layer, gate: [f64; 2], strip: &Strip| {
         let slopes = [cad_slopes[0] + layer.plane[1], cad_slopes[1] + layer.plane[2]];
         let sight = Sight::new(local, &frame, slopes);
@@ -270,15 +270,6 @@ fn keep_clear(strip: &mut Strip, p: &[f64; 2]) {
 struct StripPoint {
     place: [f64; 3],
     straight_v: f64,
-}
-
-/// (u, v, height above the CAD) of points, without those of another wall.
-fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, gathered: &[Uvw]) -> Vec<[f64; 3]> {
-    let own = |p: &&Uvw| {
-        let above_mm = patch.residual(p);
-        above_mm.is_finite() && !is_of_another_wall(local, frame, p, above_mm, 0.0)
-    };
-    gathered.iter().filter(own).map(|p| [p[0], p[1], patch.residual(p)]).collect()
 }
 
 impl Strip {

@@ -6,7 +6,7 @@ use super::gap::{Gap, final_fit, margin_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::rims_near;
-use super::sight::{Sight, check_in_sight, is_of_another_wall};
+use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::fit::soft_edge::{Outline, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, refine_soft_edge};
@@ -144,9 +144,7 @@ fn sheet_around<O: Opening>(
         return Err(NotFound::too_few(gathered.len(), NEEDED));
     }
     let mut unused = [0.0; MAX_SHAPE];
-    let above = gathered.iter().map(|p| (p, patch.residual(p)));
-    let own = above.filter(|(p, mm)| mm.is_finite() && !is_of_another_wall(local, frame, p, *mm, 0.0));
-    let heights: Vec<[f64; 3]> = own.map(|(p, mm)| [p[0], p[1], mm]).collect();
+    let heights = own_heights(local, frame, patch, gathered, f64::INFINITY);
     let ring: Vec<[f64; 3]> = heights
         .iter()
         .filter(|p| (0.3..margin).contains(&nominal.signed_mm([p[0], p[1]], &mut unused)))
@@ -162,8 +160,8 @@ fn sheet_around<O: Opening>(
     let start = most_frequent_height(&ring_heights, frame.outward).ok_or_else(scattered)?;
     let layer = fit_layer(&ring, start, NEEDED / 2).ok_or_else(scattered)?;
     let [below, above] = sheet_gate_mm(local, lean_tangent(local, frame), layer.sigma_mm);
-    let [eu, ev] = [layer.plane[1] + patch.rise(1e-3, 0.0) / 1e-3, layer.plane[2] + patch.rise(0.0, 1e-3) / 1e-3];
-    let sight = Sight::new(local, frame, [eu, ev]);
+    let cad = patch.slopes();
+    let sight = Sight::new(local, frame, [layer.plane[1] + cad[0], layer.plane[2] + cad[1]]);
     let on_sheet = |p: &[f64; 3]| {
         let over = p[2] - height(&layer.plane, p[0], p[1]);
         (-below..above).contains(&(over * frame.outward)).then(|| sight.on_sheet(p[0], p[1], over))

@@ -67,6 +67,14 @@ impl<'a> CadPatch<'a> {
         }
     }
 
+    /// Slopes of the face along u and v at the origin; 0 where only the face itself could tell.
+    pub fn slopes(&self) -> [f64; 2] {
+        match self {
+            CadPatch::Quadratic(c, scale) => [c[1] / scale, c[2] / scale],
+            CadPatch::Exact(..) => [0.0; 2],
+        }
+    }
+
     /// Height of the face at the origin: how far the CAD's facets are from the nominal place.
     pub fn at_origin(&self) -> f64 {
         match self {

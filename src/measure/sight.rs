@@ -5,7 +5,7 @@
 //! taken for the one behind it.
 
 use super::frame::{FeatureFrame, Uvw};
-use super::patch::face_height;
+use super::patch::{CadPatch, face_height};
 use super::{Local, NotFound};
 use crate::geometry::Vector3;
 use crate::plan::Side;
@@ -71,6 +71,20 @@ pub fn is_of_another_wall(local: &Local, frame: &FeatureFrame, p: &Uvw, above_mm
         let faces_other_way = hit.normal.dot(&frame.axes[2]) * frame.outward < 0.0;
         faces_other_way || hit.signed_mm.abs() < FAR_NEARER * (reach_mm - rise_mm)
     })
+}
+
+/// (u, v, height above the CAD) of the points within a height of the CAD's face, without those of another wall.
+pub fn own_heights(
+    local: &Local,
+    frame: &FeatureFrame,
+    patch: &CadPatch,
+    gathered: &[Uvw],
+    within_mm: f64,
+) -> Vec<[f64; 3]> {
+    let above = gathered.iter().map(|p| (p, patch.residual(p)));
+    // Not a number is no height.
+    let near = above.filter(|(_, mm)| mm.is_finite() && mm.abs() <= within_mm);
+    near.filter(|(p, mm)| !is_of_another_wall(local, frame, p, *mm, 0.0)).map(|(p, mm)| [p[0], p[1], mm]).collect()
 }
 
 /// Moves a point back along the line of sight to the height of the sheet's layer (heights and slopes about the frame, above

@@ -13,7 +13,7 @@ use super::bend::{Bend, fit_bend};
 use super::frame::{FeatureFrame, clear_of_belt};
 use super::layer::{Layer, fit_layer, most_frequent_height};
 use super::patch::{CadPatch, FINE_MM, face_height};
-use super::sight::{check_in_sight, is_of_another_wall};
+use super::sight::{check_in_sight, is_of_another_wall, own_heights};
 use super::{Local, NotFound};
 use crate::fit::robust::median;
 use crate::geometry::{Point3, UnitVector3, Vector3};
@@ -210,10 +210,7 @@ fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, s
     // A face that leans away from the direction reaches further along it.
     let depth = search_mm + 1.8 * radius;
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
-    let above = gathered.iter().map(|p| (p, patch.residual(p)));
-    let own = above
-        .filter(|(p, above_mm)| above_mm.abs() <= search_mm && !is_of_another_wall(local, frame, p, *above_mm, 0.0));
-    own.map(|(p, above_mm)| [p[0], p[1], above_mm]).collect()
+    own_heights(local, frame, patch, &gathered, search_mm)
 }
 
 /// The surface as found, and what the middle of the window stands off it.
@@ -237,7 +234,8 @@ fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(Sur
     let (middle, lack) = middle(points, &layer, radius);
     core.check(patch, &middle, points.len())?;
     let deviation_mm = middle.height_mm + patch.at_origin();
-    let slope = [middle.slope[0] + patch.rise(1e-3, 0.0) / 1e-3, middle.slope[1] + patch.rise(0.0, 1e-3) / 1e-3];
+    let cad = patch.slopes();
+    let slope = [middle.slope[0] + cad[0], middle.slope[1] + cad[1]];
     let found = SurfaceFound {
         position: frame.on_own_face([0.0, 0.0, deviation_mm]),
         normal: frame.vector([-slope[0], -slope[1], 1.0]).normalize(),
