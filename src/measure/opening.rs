@@ -220,8 +220,8 @@ fn search<O: Opening>(
     if share_inside(&fit, 0.5) { Ok(fit.outline) } else { Err(none()) }
 }
 
-/// The grid place (step a tenth of the search) around which the nominal outline holds the fewest points; the nearest to the
-/// nominal place among equals, averaged over those that are.
+/// Where the nominal outline holds the fewest points: of the places of a grid (step an eighth of the search), the mean of all that
+/// are equally empty.
 fn emptiest_place<O: Opening>(points: &[[f64; 2]], nominal: &O, search_mm: f64, spacing_mm: f64) -> [f64; 2] {
     const HALF: i32 = 8;
     let mut unused = [0.0; MAX_SHAPE];
