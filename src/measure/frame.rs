@@ -3,6 +3,7 @@
 use super::{Local, NotFound};
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
 use crate::plan::{CadSide, Side};
+use nalgebra::Matrix3;
 
 /// A place in a feature's frame: u, v, w in mm.
 pub type Uvw = [f64; 3];
@@ -46,6 +47,12 @@ impl FeatureFrame {
     /// A vector of this frame in the CAD frame.
     pub fn vector(&self, [u, v, w]: Uvw) -> Vector3 {
         self.axes[0] * u + self.axes[1] * v + self.axes[2] * w
+    }
+
+    /// A covariance about this frame in the CAD frame.
+    pub fn covariance(&self, own: &Matrix3<f64>) -> Matrix3<f64> {
+        let axes = Matrix3::from_columns(&self.axes);
+        axes * own * axes.transpose()
     }
 
     /// A place of the seen face (CAD frame) in this frame.

@@ -1,12 +1,11 @@
 //! A circular hole.
 
-use super::frame::FeatureFrame;
-use super::opening::{Opening, OpeningFound, arc, frame_of, measure_opening};
+use super::opening::{Opening, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::Circle;
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::geometry::{Point3, UnitVector3, Vector3};
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::Matrix3;
 
 /// A hole as found. CAD frame, on the CAD's own face.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,16 +77,15 @@ pub fn hole(
     let nominal = Circle { centre: [0.0, 0.0], radius: 0.5 * diameter_mm };
     let frame = frame_of(local, centre, axis, None, &nominal);
     let found = measure_opening(local, &frame, &nominal, search_mm)?;
-    let centre_covariance = centre_covariance(&frame, &found);
+    let own = found.centre_covariance();
     let fit = &found.fit;
-    let plane = [fit.covariance[(0, 0)], fit.covariance[(0, 1)], fit.covariance[(1, 1)]];
     let sharpness = SHARPNESS_U * found.spacing_mm;
     Ok(HoleFound {
         centre: frame.on_own_face(found.centre()),
         axis: frame.vector(found.normal()),
         diameter_mm: 2.0 * (fit.outline.radius + local.uncertainty.edge_offset_mm),
-        centre_covariance,
-        u_centre_mm: larger_axis(plane),
+        centre_covariance: frame.covariance(&own),
+        u_centre_mm: larger_axis(&own),
         u_diameter_mm: 2.0 * fit.covariance[(2, 2)].max(0.0).sqrt().hypot(sharpness),
         rms_mm: found.layer.rms_mm,
         points_used: fit.points,
@@ -95,16 +93,9 @@ pub fn hole(
     })
 }
 
-/// Covariance of the centre in the CAD frame: the outline's in the sheet, the plane's across it.
-pub(super) fn centre_covariance<O: Opening>(frame: &FeatureFrame, found: &OpeningFound<O>) -> Matrix3<f64> {
-    let c: &DMatrix<f64> = &found.fit.covariance;
-    let own = Matrix3::new(c[(0, 0)], c[(0, 1)], 0.0, c[(1, 0)], c[(1, 1)], 0.0, 0.0, 0.0, found.height_variance());
-    let axes = Matrix3::from_columns(&frame.axes);
-    axes * own * axes.transpose()
-}
-
-/// Square root of the larger eigenvalue of a symmetric 2 x 2 matrix [a, b; b, c].
-pub(super) fn larger_axis([a, b, c]: [f64; 3]) -> f64 {
+/// Square root of the largest variance that a covariance about a frame has along any direction of u and v.
+pub(super) fn larger_axis(own: &Matrix3<f64>) -> f64 {
+    let [a, b, c] = [own[(0, 0)], own[(0, 1)], own[(1, 1)]];
     let (middle, half) = (0.5 * (a + c), 0.5 * (a - c));
     (middle + half.hypot(b)).max(0.0).sqrt()
 }

@@ -11,6 +11,7 @@ use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::fit::soft_edge::{Outline, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, refine_soft_edge};
 use crate::geometry::{Point3, UnitVector3, Vector3};
+use nalgebra::Matrix3;
 
 /// An outline that encloses a void: what the search needs to know of it.
 pub trait Opening: Outline {
@@ -40,6 +41,10 @@ pub struct OpeningFound<O> {
     pub fit: SoftEdgeFit<O>,
     /// The surrounding sheet, heights above the CAD.
     pub layer: Layer,
+    /// Slopes of the sheet about the frame: those of layer and CAD together.
+    slopes: [f64; 2],
+    /// The lines of sight along which its points were moved to the layer.
+    sight: Sight,
     /// How much the CAD rises from the nominal to the found centre, mm.
     pub rise_mm: f64,
     /// Spacing of the points around it, mm.
@@ -62,10 +67,23 @@ impl<O: Opening> OpeningFound<O> {
         [-eu / length, -ev / length, 1.0 / length]
     }
 
-    /// Variance of the centre's height, more than its points' own errors leave by what neighbours have in common.
-    pub fn height_variance(&self) -> f64 {
+    /// Covariance of the centre about the frame, mm². An error of the layer's height moves the centre along the line of sight,
+    /// one of the outline moves it within the sheet.
+    pub fn centre_covariance(&self) -> Matrix3<f64> {
+        let c = &self.fit.covariance;
         let [u, v] = self.fit.outline.centre();
-        self.layer.u_height_at(u, v).powi(2)
+        let height_variance = self.layer.u_height_at(u, v).powi(2);
+        let own = Matrix3::new(c[(0, 0)], c[(0, 1)], 0.0, c[(1, 0)], c[(1, 1)], 0.0, 0.0, 0.0, height_variance);
+        let ([su, sv], [eu, ev]) = (self.sight.per_mm(), self.slopes);
+        let moves = Matrix3::new(1.0, 0.0, su, 0.0, 1.0, sv, eu, ev, 1.0 + eu * su + ev * sv);
+        moves * own * moves.transpose()
+    }
+
+    /// Turn of the outline, rad, per rad by which the layer leans too much along a unit direction of its plane: the far end of a
+    /// long outline is seen shifted across it.
+    pub fn turn_by_lean(&self, [cos, sin]: [f64; 2]) -> f64 {
+        let [su, sv] = self.sight.per_mm();
+        sv * cos - su * sin
     }
 }
 
@@ -99,7 +117,8 @@ pub fn measure_opening<O: Opening>(
     let depth = search_mm + 2.0 + 0.3 * reach;
     let patch = CadPatch::sample(local, frame, &sample_places(nominal, margin_mm(h)), depth + reach, ROUGH_MM);
     let gathered = frame.gather(local, [0.0, 0.0], reach + search_mm, depth);
-    let (sheet, layer) = sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
+    let Sheet { points: sheet, layer, slopes, sight } =
+        sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;
     let obstacles = obstacles(local, frame, nominal, reach + search_mm + 2.0);
     let Gap { fit, gain } = final_fit(&sheet, &rough, &obstacles, h)?;
@@ -114,7 +133,7 @@ pub fn measure_opening<O: Opening>(
     clear_of_belt(local, &rim, fit.points)?;
     let [u, v] = fit.outline.centre();
     let rise_mm = patch.rise(u, v);
-    Ok(OpeningFound { fit, layer, rise_mm, spacing_mm, warning: warning::<O>(inside) })
+    Ok(OpeningFound { fit, layer, slopes, sight, rise_mm, spacing_mm, warning: warning::<O>(inside) })
 }
 
 /// Where the CAD is sampled: three rings around the outline.
@@ -128,8 +147,17 @@ fn ring<O: Opening>(nominal: &O, by_mm: f64) -> Vec<[f64; 2]> {
     all.iter().step_by(all.len() / 16).copied().collect()
 }
 
-/// (u, v) of the points that lie in the sheet around the opening, each where its line of sight meets that sheet's layer; and
-/// the layer.
+/// The sheet around an opening.
+struct Sheet {
+    /// (u, v) of its points, each where its line of sight meets the layer.
+    points: Vec<[f64; 2]>,
+    layer: Layer,
+    /// Slopes of layer and CAD together.
+    slopes: [f64; 2],
+    sight: Sight,
+}
+
+/// The points that lie in the sheet around the opening.
 fn sheet_around<O: Opening>(
     local: &Local,
     frame: &FeatureFrame,
@@ -137,7 +165,7 @@ fn sheet_around<O: Opening>(
     gathered: &[Uvw],
     nominal: &O,
     search_mm: f64,
-) -> Result<(Vec<[f64; 2]>, Layer), NotFound> {
+) -> Result<Sheet, NotFound> {
     let margin = margin_mm(local.scan.spacing_mm);
     const NEEDED: usize = 40;
     if gathered.len() < NEEDED {
@@ -161,12 +189,13 @@ fn sheet_around<O: Opening>(
     let layer = fit_layer(&ring, start, NEEDED / 2).ok_or_else(scattered)?;
     let [below, above] = sheet_gate_mm(local, lean_tangent(local, frame), layer.sigma_mm);
     let cad = patch.slopes();
-    let sight = Sight::new(local, frame, [layer.plane[1] + cad[0], layer.plane[2] + cad[1]]);
+    let slopes = [layer.plane[1] + cad[0], layer.plane[2] + cad[1]];
+    let sight = Sight::new(local, frame, slopes);
     let on_sheet = |p: &[f64; 3]| {
         let over = p[2] - height(&layer.plane, p[0], p[1]);
         (-below..above).contains(&(over * frame.outward)).then(|| sight.on_sheet(p[0], p[1], over))
     };
-    Ok((heights.iter().filter_map(on_sheet).collect(), layer))
+    Ok(Sheet { points: heights.iter().filter_map(on_sheet).collect(), layer, slopes, sight })
 }
 
 /// A start for the fit, from points thinned to a few hundred: first with a wide blur from the nominal place, and where that

@@ -109,6 +109,11 @@ impl Sight {
         Self { per_mm: along.unwrap_or([0.0; 2]) }
     }
 
+    /// Shift in (u, v) per mm of height above the layer: also that of the sheet's outline per mm by which the layer is too high.
+    pub fn per_mm(&self) -> [f64; 2] {
+        self.per_mm
+    }
+
     /// (u, v) of the sheet's place that was seen as a point `above_mm` over the layer.
     pub fn on_sheet(&self, u: f64, v: f64, above_mm: f64) -> [f64; 2] {
         [u - self.per_mm[0] * above_mm, v - self.per_mm[1] * above_mm]

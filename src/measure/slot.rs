@@ -1,6 +1,6 @@
 //! A slot with round ends.
 
-use super::hole::{centre_covariance, larger_axis};
+use super::hole::larger_axis;
 use super::layer::Layer;
 use super::opening::{Opening, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
@@ -113,6 +113,8 @@ pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<Slot
     let in_plane = frame.vector([cos, sin, 0.0]);
     let direction = (in_plane - axis * in_plane.dot(&axis)).normalize();
     let direction = if direction.dot(&nominal.direction) < 0.0 { -direction } else { direction };
+    let own = found.centre_covariance();
+    let u_tilt_rad = u_slope(&found.layer, [cos, sin]);
     let sharpness = SHARPNESS_U * found.spacing_mm;
     let offset = 2.0 * local.uncertainty.edge_offset_mm;
     let u_half_length = (c[(3, 3)] + c[(4, 4)] + 2.0 * c[(3, 4)]).max(0.0).sqrt();
@@ -122,10 +124,10 @@ pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<Slot
         direction,
         length_mm: fit.outline.length_mm() + offset,
         width_mm: fit.outline.width_mm() + offset,
-        centre_covariance: centre_covariance(&frame, &found),
-        u_centre_mm: larger_axis([c[(0, 0)], c[(0, 1)], c[(1, 1)]]),
-        u_direction_rad: c[(2, 2)].max(0.0).sqrt(),
-        u_tilt_rad: u_slope(&found.layer, [cos, sin]),
+        centre_covariance: frame.covariance(&own),
+        u_centre_mm: larger_axis(&own),
+        u_direction_rad: c[(2, 2)].max(0.0).sqrt().hypot(found.turn_by_lean([cos, sin]) * u_tilt_rad),
+        u_tilt_rad,
         u_length_mm: 2.0 * u_half_length.hypot(sharpness),
         u_width_mm: 2.0 * c[(4, 4)].max(0.0).sqrt().hypot(sharpness),
         rms_mm: found.layer.rms_mm,

@@ -1,9 +1,9 @@
 //! Features of a flat plate, where the truth is plain: a hole that is not there must not be measured, whatever gaps the points leave;
-//! one that is there must be, also where its nominal place is a little off.
+//! one that is there must be, also where its nominal place is a little off, and as well as it says.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use shapeline::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, Vector3};
+use shapeline::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, UnitVector3, Vector3};
 use shapeline::measure::{self, HoleFound, Local, NotFound};
 use shapeline::part::{Part, PartSettings};
 use shapeline::plan::{CadSide, Side, UncertaintySettings};
@@ -213,5 +213,61 @@ fn a_face_does_not_hide_a_nominal_place_inside_the_sheet() {
         let surface = measure::surface(&local, &Point3::new(-40.0, 0.0, z), &up, 3.0).unwrap();
         // Five of its own standard uncertainties.
         assert!((surface.deviation_mm + z).abs() < 5.0 * surface.standard_uncertainty_mm, "{}", surface.deviation_mm);
+    }
+}
+
+/// Noise that neighbours have in common: a hundred plane waves of wave vectors drawn from a normal distribution have the covariance
+/// `sigma² exp(-d² / 2 l²)`.
+fn common_noise(sigma_mm: f64, length_mm: f64, rng: &mut ChaCha8Rng) -> impl Fn(&[f64; 2]) -> f64 + use<> {
+    let waves: Vec<[f64; 3]> = (0..100)
+        .map(|_| {
+            // Sums of twelve uniforms of variance 1/12 each.
+            let mut gauss = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>() / length_mm;
+            let along = [gauss(), gauss()];
+            [along[0], along[1], rng.random_range(0.0..std::f64::consts::TAU)]
+        })
+        .collect();
+    let each = sigma_mm * (2.0 / waves.len() as f64).sqrt();
+    move |p| waves.iter().map(|[a, b, phase]| each * (a * p[0] + b * p[1] + phase).cos()).sum()
+}
+
+/// A sheet that leans by 50 degrees from the line of sight, with depth noise that neighbours have in common over 1.5 mm: the layer is
+/// off by some hundredths, and the hole with it along the line of sight. The outline's own error is a third of that.
+#[test]
+fn stated_uncertainty_of_a_leaning_hole_knows_of_the_layers_error() {
+    let part = plate();
+    let mut rng = ChaCha8Rng::seed_from_u64(42);
+    let density = 26.0;
+    let points = scatter(Pattern::Lattice, density, &mut rng);
+    let centres: Vec<[f64; 2]> =
+        (0..25).map(|k| [24.0 * f64::from(k % 5) - 48.0, 24.0 * f64::from(k / 5) - 48.0]).collect();
+    let (sin, cos) = 50.0_f64.to_radians().sin_cos();
+    let noise = common_noise(0.15, 1.5, &mut rng);
+    let mut made = scan(&points, density, |p| centres.iter().all(|c| (p[0] - c[0]).hypot(p[1] - c[1]) > 4.0), &mut rng);
+    for p in &mut made.cloud.positions {
+        let along = noise(&[p.x, p.y]) + p.z;
+        *p = Point3::new(p.x + along * sin, p.y, along * cos);
+    }
+    made.to_camera = Some(UnitVector3::new_normalize(Vector3::new(sin, 0.0, cos)));
+    let found: Vec<HoleFound> = holes(&part, &made, &centres, 8.0).into_iter().map(Result::unwrap).collect();
+    let rms = |squares: &dyn Fn(usize) -> f64| ((0..25).map(squares).sum::<f64>() / 25.0).sqrt();
+    let ratio = |axis: usize| {
+        rms(&|k| {
+            let error = found[k].centre[axis] - [centres[k][0], centres[k][1], 0.0][axis];
+            error * error / found[k].centre_covariance[(axis, axis)]
+        })
+    };
+    println!("error over stated uncertainty: {:.2} {:.2} {:.2}", ratio(0), ratio(1), ratio(2));
+    println!("rms error along the lean {:.4}", rms(&|k| (found[k].centre.x - centres[k][0]).powi(2)));
+    // 1, give or take three standard errors of an rms of 25 values (42 %) and of the correlation, which each hole tells from
+    // some ten patches of its own.
+    for axis in 0..3 {
+        assert!((0.4..1.8).contains(&ratio(axis)), "axis {axis}: {}", ratio(axis));
+    }
+    // The in-sheet uncertainty is that of the line of sight, which leans by 50 degrees, and errors of x and z belong together.
+    for f in &found {
+        let c = f.centre_covariance;
+        assert!(f.u_centre_mm >= c[(0, 0)].sqrt() - 1e-12);
+        assert!((c[(0, 2)] / c[(2, 2)] - sin / cos).abs() < 0.1, "{c}");
     }
 }
