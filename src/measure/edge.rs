@@ -102,8 +102,9 @@ pub fn edge(
     let at_place = offset + strip.edge_at(0.0);
     let deviation_mm = at_place - local.uncertainty.edge_offset_mm;
     let [_, eu, ev] = layer.plane;
-    let w = height(&layer.plane, 0.0, at_place) + patch.rise(0.0, at_place);
-    clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w + patch.at_origin()])], fit.points)?;
+    // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
+    let w = height(&layer.plane, 0.0, at_place) - patch.residual(&[0.0, at_place, 0.0]);
+    clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w])], fit.points)?;
     let warning = (fit.clutter > CLUTTER[0])
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
     // Where the sheet leans, an error of the layer's height at the edge is one of the place that was seen there. It is never

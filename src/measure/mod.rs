@@ -3,7 +3,9 @@
 //! Each function takes the nominal shape in the CAD frame and a pose that is good to a few mm, looks only at the points in a
 //! window around that place, and answers in the CAD frame *on the CAD's own face*: the nominal place is moved to the face
 //! that the camera saw, measured there, and moved back by the same vector. Deviations are positive along the plan's
-//! directions whichever side was seen. The cloud is never transformed; the window's points are, one by one.
+//! directions whichever side was seen. What is told as measured is where the feature is, the thickness taken out, wherever the plan has
+//! it: of a nominal place off the CAD the deviation (measured minus nominal, along the plan's direction) tells it, the
+//! measured place does not. The cloud is never transformed; the window's points are, one by one.
 //!
 //! What is told as standard uncertainty (k = 1) comes from the scatter of the points alone; the plan's contributions
 //! (`[uncertainty]`) and that of the alignment are added by whoever knows them.

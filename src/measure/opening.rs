@@ -45,8 +45,8 @@ pub struct OpeningFound<O> {
     slopes: [f64; 2],
     /// The lines of sight along which its points were moved to the layer.
     sight: Sight,
-    /// How much the CAD rises from the nominal to the found centre, mm.
-    pub rise_mm: f64,
+    /// Height of the CAD at the found centre over the plane through the nominal one, mm.
+    pub cad_mm: f64,
     /// Spacing of the points around it, mm.
     pub spacing_mm: f64,
     /// What somebody should know of it.
@@ -57,7 +57,7 @@ impl<O: Opening> OpeningFound<O> {
     /// The centre with its height on the seen face.
     pub fn centre(&self) -> Uvw {
         let [u, v] = self.fit.outline.centre();
-        [u, v, height(&self.layer.plane, u, v) + self.rise_mm]
+        [u, v, height(&self.layer.plane, u, v) + self.cad_mm]
     }
 
     /// Normal of the measured sheet, on the side of w.
@@ -87,6 +87,9 @@ impl<O: Opening> OpeningFound<O> {
     }
 }
 
+/// That far outside the nominal outline there is sheet, also where facets cut the outline's corners, mm.
+const RIM_MM: f64 = 0.3;
+
 /// The frame of an opening: w along the plan's axis, v along `v`; the sheet's normal is that around its rim.
 pub fn frame_of<O: Opening>(
     local: &Local,
@@ -110,7 +113,7 @@ pub fn measure_opening<O: Opening>(
     nominal: &O,
     search_mm: f64,
 ) -> Result<OpeningFound<O>, NotFound> {
-    check_in_sight(local, frame, &ring(nominal, 0.3))?;
+    check_in_sight(local, frame, &ring(nominal, RIM_MM))?;
     check_size(local, nominal, search_mm)?;
     let h = local.scan.spacing_mm;
     let reach = nominal.reach_mm() + margin_mm(h);
@@ -126,14 +129,33 @@ pub fn measure_opening<O: Opening>(
     check_gain(&fit, gain, search_mm)?;
     let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm)?;
     let rim = fit.outline.grown(0.0);
-    let on_seen = |p: &[f64; 2]| {
-        frame.on_seen_face([p[0], p[1], height(&layer.plane, p[0], p[1]) + patch.at_origin() + patch.rise(p[0], p[1])])
-    };
+    // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
+    let cad = |p: &[f64; 2]| -patch.residual(&[p[0], p[1], 0.0]);
+    let on_seen = |p: &[f64; 2]| frame.on_seen_face([p[0], p[1], height(&layer.plane, p[0], p[1]) + cad(p)]);
     let rim: Vec<Point3> = rim.iter().step_by((rim.len() / 32).max(1)).map(on_seen).collect();
     clear_of_belt(local, &rim, fit.points)?;
     let [u, v] = fit.outline.centre();
-    let rise_mm = patch.rise(u, v);
-    Ok(OpeningFound { fit, layer, slopes, sight, rise_mm, spacing_mm, warning: warning::<O>(inside) })
+    let around: Vec<f64> = ring(nominal, RIM_MM).iter().map(cad).collect();
+    let cad_mm = off_face_mm(&patch, &around) + patch.rise(u, v);
+    Ok(OpeningFound { fit, layer, slopes, sight, cad_mm, spacing_mm, warning: warning::<O>(inside) })
+}
+
+/// How far the face is from a nominal centre, given the heights of the face `around` the opening.
+///
+/// Over an opening a face has no place. In a dome's, the plan may put the centre in the plane of the rim or where the face would go on,
+/// and both are right, as is everything between. Where the face is no quadratic (a hole across a bead), everything between
+/// the lowest and the highest place of the rim is right.
+fn off_face_mm(patch: &CadPatch, around: &[f64]) -> f64 {
+    let [low, high] = match patch {
+        CadPatch::Quadratic(..) => {
+            let rim = around.iter().sum::<f64>() / around.len() as f64;
+            [rim.min(patch.at_origin()), rim.max(patch.at_origin())]
+        }
+        CadPatch::Exact(..) => {
+            around.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], w| [low.min(*w), high.max(*w)])
+        }
+    };
+    if low <= high { 0.0_f64.clamp(low, high) } else { 0.0 }
 }
 
 /// Where the CAD is sampled: three rings around the outline.
@@ -389,5 +411,25 @@ pub fn arc(centre: [f64; 2], radius: f64, from: f64, to: f64, steps: usize, out:
     for k in 0..=steps {
         let (sin, cos) = (from + step * k as f64).sin_cos();
         out.push([centre[0] + grown * cos, centre[1] + grown * sin]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In a dome of radius 100 mm a hole of 10 mm has its rim 0.125 mm below the place where the dome would go on.
+    #[test]
+    fn a_centre_in_the_rims_plane_or_on_the_face_as_it_would_go_on_is_on_the_face() {
+        let dome = |top: f64| CadPatch::Quadratic([top, 0.0, 0.0, -0.005, 0.0, -0.005], 1.0);
+        let rim = |top: f64| vec![top - 0.125; 16];
+        for top in [0.0, 0.05, 0.125] {
+            assert_eq!(off_face_mm(&dome(top), &rim(top)), 0.0);
+        }
+        // Nominal places above the dome's top, and below the rim.
+        assert_eq!(off_face_mm(&dome(-0.8), &rim(-0.8)), -0.8);
+        assert!((off_face_mm(&dome(0.925), &rim(0.925)) - 0.8).abs() < 1e-12);
+        // Nobody knows.
+        assert_eq!(off_face_mm(&dome(0.3), &[f64::NAN]), 0.3);
     }
 }

@@ -4,6 +4,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shapeline::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, UnitVector3, Vector3};
+use shapeline::measure::slot::NominalSlot;
 use shapeline::measure::{self, HoleFound, Local, NotFound};
 use shapeline::part::{Part, PartSettings};
 use shapeline::plan::{CadSide, Side, UncertaintySettings};
@@ -269,5 +270,51 @@ fn stated_uncertainty_of_a_leaning_hole_knows_of_the_layers_error() {
         let c = f.centre_covariance;
         assert!(f.u_centre_mm >= c[(0, 0)].sqrt() - 1e-12);
         assert!((c[(0, 2)] / c[(2, 2)] - sin / cos).abs() < 0.1, "{c}");
+    }
+}
+
+/// Features whose nominal place lies off the CAD along its normal, seen from both sides, without noise: what is measured stays where
+/// it is, and only the deviation along the normal changes.
+#[test]
+fn a_nominal_place_off_the_cad_moves_nothing_that_is_measured() {
+    let part = plate();
+    let mut rng = ChaCha8Rng::seed_from_u64(43);
+    let points = scatter(Pattern::Lattice, 10.0, &mut rng);
+    let in_slot = |p: &[f64; 2]| (p[0] - 40.0).hypot(p[1] - p[1].clamp(-6.0, 6.0)) < 4.0;
+    for (side, seen_z) in [(Side::Top, 0.0), (Side::Bottom, -1.0)] {
+        let mut made = scan(&points, 10.0, |p| p[0].hypot(p[1]) > 5.0 && !in_slot(p), &mut rng);
+        made.cloud.positions.iter_mut().for_each(|p| p.z = seen_z);
+        made.to_camera = Some(UnitVector3::new_unchecked(Vector3::z() * if seen_z < 0.0 { -1.0 } else { 1.0 }));
+        let grid = PointGrid::build(&made, 1.0);
+        let local = local(&part, side, &made, &grid);
+        let up = Vector3::z_axis();
+        let measured = |z: f64| {
+            let slot = NominalSlot {
+                centre: Point3::new(40.0, 0.0, z),
+                axis: up,
+                direction: Vector3::y_axis(),
+                length_mm: 20.0,
+                width_mm: 8.0,
+            };
+            let edge = measure::edge(&local, &Point3::new(HALF_MM, 0.0, z), &Vector3::x_axis(), &up, 2.0).unwrap();
+            let surface = measure::surface(&local, &Point3::new(-40.0, 0.0, z), &up, 3.0).unwrap();
+            // Measured minus nominal, along the direction.
+            assert!((surface.deviation_mm + z).abs() < 1e-6, "{side:?} {z}: {}", surface.deviation_mm);
+            assert!((edge.deviation_mm - (edge.position.x - HALF_MM)).abs() < 1e-9);
+            [
+                measure::hole(&local, &Point3::new(0.0, 0.0, z), &up, 10.0, SEARCH_MM).unwrap().centre,
+                measure::slot(&local, &slot, SEARCH_MM).unwrap().centre,
+                edge.position,
+                surface.position,
+            ]
+        };
+        let at_face = measured(0.0);
+        for z in [0.8, 0.3, -0.3, -0.8] {
+            for (kind, (found, expected)) in measured(z).iter().zip(&at_face).enumerate() {
+                // The same points give the same fit, but for rounding and where an iteration ends.
+                assert!((found - expected).norm() < 1e-4, "{side:?} {z} kind {kind}: {found} {expected}");
+                assert!(found.z.abs() < 1e-6, "{side:?} {z} kind {kind}: {found}");
+            }
+        }
     }
 }
