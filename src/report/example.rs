@@ -116,12 +116,12 @@ pub fn bracket() -> InspectionResult {
         counts: CloudCounts {
             points_read: Some(2_000_000),
             points_kept: Some(1_313_042),
-            removed: Some(Removed { invalid: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 }),
+            removed: Some(Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 }),
         },
         outcome: Outcome::Measured(Box::new(Inspection {
             points_read: 2_000_000,
             points_kept: 1_313_042,
-            removed: Removed { invalid: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 },
+            removed: Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 },
             verdict: Verdict::Fail,
             best_fit: BestFit {
                 cad_from_scan: pose(),

@@ -10,6 +10,7 @@ use super::belt::{Sample, refine};
 use super::belt_judge::{Verdict, find_belt};
 use super::colour::{BeltColours, automatic_luminance_min, luminance};
 use super::conditioned::{BeltPlane, ConditionedScan, PointClass, Removed};
+use super::duplicates::{duplicates, leave_out, warning_of_duplicates};
 use super::hints::ScanHints;
 use super::neighbourhood::{CHUNK, Texture, stratified, texture};
 use super::normals::mean_normal;
@@ -27,8 +28,8 @@ const LEAST_BODY: f64 = 0.005;
 
 /// Gives every point its class and finds the belt, the camera's side and the spacing of the points.
 ///
-/// Each point is counted once in `removed`, by the first filter that takes it, in the order invalid (by the reader), dark,
-/// colour, belt, stray. Lengths mm, scan frame; the belt's normal and `to_camera` point to the camera.
+/// Each point is counted once in `removed`, by the first filter that takes it, in the order invalid (by the reader), duplicate,
+/// dark, colour, belt, stray. Lengths mm, scan frame; the belt's normal and `to_camera` point to the camera.
 ///
 /// # Errors
 /// Refused when nothing that can be a part is left; cancelled when the run was.
@@ -42,11 +43,15 @@ pub fn condition(
     if cloud.len() < FEWEST_POINTS {
         return Err(too_few(cloud.len(), cloud.skipped_invalid).into());
     }
-    let first = attempt(&cloud, settings, hints, DarkFilter::AsSet, run);
+    let again = duplicates(&cloud.positions);
+    if cloud.len() - again.len() < FEWEST_POINTS {
+        return Err(few_places(cloud.len() - again.len(), cloud.len()).into());
+    }
+    let first = attempt(&cloud, &again, settings, hints, DarkFilter::AsSet, run);
     let outcome = match first {
         // A black part on a bright belt makes a dark mode of its own: better no filter than no part.
         Err(Stop::Refused(refusal)) if settings.luminance_min.is_none() => {
-            attempt(&cloud, settings, hints, DarkFilter::Off, run).map_err(|second| match second {
+            attempt(&cloud, &again, settings, hints, DarkFilter::Off, run).map_err(|second| match second {
                 Stop::Refused(_) => Stop::Refused(refusal),
                 cancelled => cancelled,
             })?
@@ -61,6 +66,15 @@ fn too_few(points: usize, invalid: usize) -> Refusal {
     Refusal::new(
         format!("the scan holds {points} points{skipped}, at least {FEWEST_POINTS} are needed"),
         "see whether the measurement worked and whether the file is complete",
+    )
+}
+
+fn few_places(own: usize, points: usize) -> Refusal {
+    Refusal::new(
+        format!(
+            "only {own} of the scan's {points} points stand at a place of their own, at least {FEWEST_POINTS} are needed"
+        ),
+        "see whether the measurement worked",
     )
 }
 
@@ -87,6 +101,7 @@ impl Outcome {
         let count = |class| self.classes.iter().filter(|c| **c == class).count();
         let removed = Removed {
             invalid: cloud.skipped_invalid,
+            duplicate: count(PointClass::Duplicate),
             belt: count(PointClass::Belt),
             colour: count(PointClass::Colour),
             dark: count(PointClass::Dark),
@@ -108,6 +123,7 @@ impl Outcome {
 
 fn attempt(
     cloud: &PointCloud,
+    again: &[u32],
     settings: &BackgroundSettings,
     hints: &ScanHints,
     dark_filter: DarkFilter,
@@ -116,8 +132,10 @@ fn attempt(
     let mut warnings = Vec::new();
     let colours = BeltColours::new(&settings.belt_colours, settings.colour_tolerance);
     let luminance_min = luminance_threshold(cloud, settings, dark_filter);
-    let bright = bright_points(cloud, luminance_min);
+    let mut bright = bright_points(cloud, luminance_min);
     warn_of_darkness(cloud, &bright, luminance_min, dark_filter, &mut warnings);
+    leave_out(&mut bright, again);
+    warnings.extend(warning_of_duplicates(again.len(), cloud.len()));
     if bright.len() < FEWEST_POINTS {
         return Err(all_dark(luminance_min).into());
     }
@@ -130,6 +148,9 @@ fn attempt(
     run.check()?;
     let rules = rules(cloud, &bright, belt, luminance_min, &colours, overall, settings, hints, &mut warnings)?;
     let mut classes = classify(cloud, &rules);
+    for &k in again {
+        classes[k as usize] = PointClass::Duplicate;
+    }
     run.check()?;
     let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints, &mut warnings)?;
     let told = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));

@@ -21,7 +21,7 @@ fn run_with(made: &Labelled, settings: &BackgroundSettings, hints: &ScanHints) -
 fn check_counts(scan: &ConditionedScan) {
     let removed = scan.removed;
     assert_eq!(
-        scan.kept.len() + removed.belt + removed.colour + removed.dark + removed.stray,
+        scan.kept.len() + removed.duplicate + removed.belt + removed.colour + removed.dark + removed.stray,
         scan.cloud.len(),
         "every point once"
     );
@@ -166,6 +166,26 @@ fn normals_tell_the_camera_side_where_nothing_else_does() {
     assert_eq!(run_with(&made, &plane_only(), &unknown).to_camera, None);
 }
 
+/// A file that holds every point twice is the scan that it would be without: nothing looks more certain for it.
+#[test]
+fn points_held_twice_count_once() {
+    let made = Scene { points: 40_000, ..Scene::default() }.make();
+    let once = run(&made, &plane_only());
+    assert_eq!(once.removed.duplicate, 0);
+    let count = made.cloud.len();
+    let mut twice = made.cloud.clone();
+    twice.positions.extend_from_within(..);
+    twice.colours.as_mut().unwrap().extend_from_within(..);
+    let scan = condition(twice, &plane_only(), &made.hints, &RunContext::silent()).unwrap();
+    check_counts(&scan);
+    assert_eq!(scan.removed.duplicate, count);
+    assert_eq!(scan.kept, once.kept);
+    assert_eq!((scan.belt, scan.spacing_mm), (once.belt, once.spacing_mm));
+    assert_eq!(scan.classes[..count], once.classes);
+    let told = format!("{count} of {} points stand exactly where another one does", 2 * count);
+    assert!(scan.warnings.iter().any(|w| w.starts_with(&told)), "{:?}", scan.warnings);
+}
+
 #[test]
 fn a_part_without_a_belt_keeps_its_flat_faces() {
     for shape in [Shape::Plate, Shape::Hat, Shape::Bracket, Shape::Dome] {
@@ -251,7 +271,7 @@ fn hardly_any_points_or_all_dark_is_refused_with_the_reason() {
     let settings = BackgroundSettings { luminance_min: Some(240.0), ..plane_only() };
     assert!(refused(made.cloud.clone(), &settings, &made.hints).contains("darker than 240"));
     let one_spot = PointCloud { positions: vec![made.cloud.positions[0]; 1000], ..PointCloud::default() };
-    assert!(refused(one_spot, &plane_only(), &made.hints).contains("one spot"));
+    assert!(refused(one_spot, &plane_only(), &made.hints).contains("place of their own"));
 }
 
 #[test]

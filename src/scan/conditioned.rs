@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Removed {
     /// NaN or infinite in the file.
     pub invalid: usize,
+    /// Exactly where an earlier point stands.
+    pub duplicate: usize,
     /// On or below the belt plane.
     pub belt: usize,
     /// Of the belt's colour.
@@ -24,6 +26,8 @@ pub struct Removed {
 pub enum PointClass {
     /// Part, as far as the filters can tell.
     Kept,
+    /// Exactly where an earlier point stands: it tells nothing new.
+    Duplicate,
     /// On or below the belt plane.
     Belt,
     /// Of the belt's colour.

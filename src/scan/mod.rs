@@ -7,6 +7,7 @@ mod belt;
 mod belt_judge;
 mod colour;
 pub mod conditioned;
+mod duplicates;
 pub mod grid;
 pub mod hints;
 mod neighbourhood;

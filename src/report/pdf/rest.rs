@@ -269,6 +269,7 @@ fn background(page: &mut Page<'_>, inspection: &Inspection, y: f64) {
     let rows = [
         ("Points read", inspection.points_read),
         ("Invalid", r.invalid),
+        ("Duplicate", r.duplicate),
         ("Belt", r.belt),
         ("Colour", r.colour),
         ("Dark", r.dark),
