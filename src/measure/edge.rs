@@ -4,10 +4,10 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::frame::{FeatureFrame, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
+use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
-use super::rim::{Rim, rims_near};
+use super::rim::{Rim, is_of_a_leaf_behind, rims_near};
 use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
@@ -68,7 +68,7 @@ pub fn edge(
     let half = 0.5 * (18.0 * h).max(LENGTH_MM);
     let beside = (8.0 * h).max(BESIDE_MM);
     let rims = rims_near(local, &frame, half.hypot(inner) + 2.0, 0.25);
-    let strip = strip_along_edge(&rims, half, inner, search_mm + 4.0 * h, h)?;
+    let strip = strip_along_edge(&frame, &rims, half, inner, search_mm + 4.0 * h, h)?;
     let depth = search_mm + 2.0 + 0.5 * half;
     let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth, ROUGH_MM);
     let radius = (half + BESIDE_WIDER_MM).hypot(inner) + 1.0;
@@ -91,7 +91,8 @@ pub fn edge(
     let reach = [half + BESIDE_WIDER_MM, beside];
     let layer = layer_beside(&around, &layer, &strip, rough, reach).unwrap_or(layer);
     // Only what the fit looks at need be clear of other edges now.
-    let strip = strip_along_edge(&rims, half, (8.0 * h).max(1.5) + h - rough, (4.0 * h).max(0.8) + h + rough, h)?;
+    let strip =
+        strip_along_edge(&frame, &rims, half, (8.0 * h).max(1.5) + h - rough, (4.0 * h).max(0.8) + h + rough, h)?;
     let gate = sheet_gate_mm(local, cut_face_tangent(local, &frame), layer.sigma_mm);
     let sheet = on_sheet(&layer, gate, &strip);
     let fit = final_fit(&sheet, &strip, rough, h)?;
@@ -142,19 +143,27 @@ struct Strip {
     along: [f64; 2],
     inner: f64,
     outer: f64,
-    /// The CAD's edge as (u, v), u ascending.
-    edge: Vec<[f64; 2]>,
+    /// The CAD's edge, u ascending.
+    edge: Vec<Uvw>,
 }
 
 impl Strip {
     /// v of the CAD's edge at u, held constant past its ends.
     fn edge_at(&self, u: f64) -> f64 {
+        self.edge_place(u)[1]
+    }
+
+    /// The place of the CAD's edge at u, held constant past its ends.
+    fn edge_place(&self, u: f64) -> Uvw {
         let after = self.edge.partition_point(|p| p[0] < u);
         match (after.checked_sub(1).map(|k| self.edge[k]), self.edge.get(after)) {
-            (Some(a), Some(b)) if b[0] > a[0] => a[1] + (b[1] - a[1]) * (u - a[0]) / (b[0] - a[0]),
-            (Some(a), _) => a[1],
-            (None, Some(b)) => b[1],
-            (None, None) => 0.0,
+            (Some(a), Some(b)) if b[0] > a[0] => {
+                let share = (u - a[0]) / (b[0] - a[0]);
+                [u, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share]
+            }
+            (Some(a), _) => a,
+            (None, Some(b)) => *b,
+            (None, None) => [u, 0.0, 0.0],
         }
     }
 
@@ -171,9 +180,17 @@ impl Strip {
     }
 }
 
-/// Follows the CAD's edge from the nominal place both ways, and keeps the strip clear of other edges.
-fn strip_along_edge(rims: &[Rim], half: f64, inner: f64, outer: f64, spacing_mm: f64) -> Result<Strip, NotFound> {
-    let distance = |p: &[f64; 2]| p[0].hypot(p[1]);
+/// Follows the CAD's edge from the nominal place both ways, and keeps the strip clear of other edges. Of edges over each other the one
+/// at the nominal height is meant.
+fn strip_along_edge(
+    frame: &FeatureFrame,
+    rims: &[Rim],
+    half: f64,
+    inner: f64,
+    outer: f64,
+    spacing_mm: f64,
+) -> Result<Strip, NotFound> {
+    let distance = |p: &Uvw| p[0].hypot(p[1]).hypot(p[2]);
     let nearest = rims
         .iter()
         .enumerate()
@@ -187,8 +204,8 @@ fn strip_along_edge(rims: &[Rim], half: f64, inner: f64, outer: f64, spacing_mm:
     let mut strip = Strip { along, inner, outer, edge };
     for (r, rim) in rims.iter().enumerate() {
         for (k, p) in rim.places.iter().enumerate() {
-            if r != own || !taken[k] {
-                keep_clear(&mut strip, p);
+            if (r != own || !taken[k]) && !is_behind(frame, &strip, p) {
+                keep_clear(&mut strip, [p[0], p[1]]);
             }
         }
     }
@@ -205,7 +222,7 @@ fn strip_along_edge(rims: &[Rim], half: f64, inner: f64, outer: f64, spacing_mm:
 
 /// The stretch of a rim around a place in which it stays a graph over u with a slope below the limit, u ascending; and which of
 /// the rim's places were taken.
-fn follow(rim: &Rim, start: usize, half: f64) -> (Vec<[f64; 2]>, Vec<bool>) {
+fn follow(rim: &Rim, start: usize, half: f64) -> (Vec<Uvw>, Vec<bool>) {
     let n = rim.places.len();
     let mut taken = vec![false; n];
     taken[start] = true;
@@ -239,15 +256,21 @@ fn follow(rim: &Rim, start: usize, half: f64) -> (Vec<[f64; 2]>, Vec<bool>) {
     };
     let forward = walk(1, &mut taken);
     let backward = walk(n - 1, &mut taken);
-    let mut edge: Vec<[f64; 2]> = backward.into_iter().rev().chain([rim.places[start]]).chain(forward).collect();
+    let mut edge: Vec<Uvw> = backward.into_iter().rev().chain([rim.places[start]]).chain(forward).collect();
     if edge.first().map_or(0.0, |p| p[0]) > edge.last().map_or(0.0, |p| p[0]) {
         edge.reverse();
     }
     (edge, taken)
 }
 
+/// Whether another edge's place is one of a leaf behind the sheet at this edge.
+fn is_behind(frame: &FeatureFrame, strip: &Strip, p: &Uvw) -> bool {
+    let edge = strip.edge_place(p[0]);
+    is_of_a_leaf_behind(frame, p[2] - edge[2], (p[0] - edge[0]).hypot(p[1] - edge[1]))
+}
+
 /// Shrinks a strip so that another edge's place is half-way outside, in the way that costs the least area.
-fn keep_clear(strip: &mut Strip, p: &[f64; 2]) {
+fn keep_clear(strip: &mut Strip, p: [f64; 2]) {
     let [u, v] = [p[0], p[1] - strip.edge_at(p[0])];
     let inside = u > strip.along[0] && u < strip.along[1] && v > -strip.inner && v < strip.outer;
     // Places next to the taken stretch are that edge itself, turning away; they limit u only.

@@ -5,7 +5,7 @@ use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm
 use super::gap::{Gap, final_fit, margin_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
-use super::rim::rims_near;
+use super::rim::{is_of_a_leaf_behind, rims_near};
 use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
@@ -123,7 +123,7 @@ pub fn measure_opening<O: Opening>(
     let Sheet { points: sheet, layer, slopes, sight } =
         sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;
-    let obstacles = obstacles(local, frame, nominal, reach + search_mm + 2.0);
+    let obstacles = obstacles(local, frame, &patch, nominal, reach + search_mm + 2.0);
     let Gap { fit, gain } = final_fit(&sheet, &rough, &obstacles, h)?;
     let spacing_mm = fit.density_per_mm2.sqrt().recip();
     check_gain(&fit, gain, search_mm)?;
@@ -319,15 +319,23 @@ fn points_inside<O: Outline>(points: &[[f64; 2]], outline: &O, depth_mm: f64, de
 }
 
 /// Places of the CAD's other trimmed edges near the opening, in the frame's plane: those of loops that do not run along
-/// the nominal outline.
-fn obstacles<O: Opening>(local: &Local, frame: &FeatureFrame, nominal: &O, radius: f64) -> Vec<[f64; 2]> {
+/// the nominal outline, and are not those of a leaf behind.
+fn obstacles<O: Opening>(
+    local: &Local,
+    frame: &FeatureFrame,
+    patch: &CadPatch,
+    nominal: &O,
+    radius: f64,
+) -> Vec<[f64; 2]> {
     let mut unused = [0.0; MAX_SHAPE];
     let own_mm = 0.3 + 0.03 * nominal.reach_mm();
     let mut out = Vec::new();
     for rim in rims_near(local, frame, radius, 1.0) {
-        let on_outline = rim.places.iter().filter(|p| nominal.signed_mm(**p, &mut unused).abs() < own_mm).count();
+        let mut away = |p: &Uvw| nominal.signed_mm([p[0], p[1]], &mut unused).abs();
+        let on_outline = rim.places.iter().filter(|p| away(p) < own_mm).count();
         if !(rim.closed && 2 * on_outline > rim.places.len()) {
-            out.extend(rim.places);
+            let own = rim.places.iter().filter(|p| !is_of_a_leaf_behind(frame, patch.residual(p), away(p)));
+            out.extend(own.map(|p| [p[0], p[1]]));
         }
     }
     out

@@ -1,14 +1,14 @@
-//! The CAD's trimmed edges around a feature, in its plane.
+//! The CAD's trimmed edges around a feature, in its frame.
 
 use super::Local;
-use super::frame::FeatureFrame;
+use super::frame::{FeatureFrame, Uvw};
 use crate::geometry::Point3;
 use std::ops::Range;
 
-/// Places along one boundary loop of the CAD in a feature's plane, no further apart than a step.
+/// Places along one boundary loop of the CAD's seen face about a feature's frame, no further apart than a step.
 pub struct Rim {
-    /// (u, v) along the loop; consecutive places belong together.
-    pub places: Vec<[f64; 2]>,
+    /// Along the loop; consecutive places belong together.
+    pub places: Vec<Uvw>,
     /// The last place is followed by the first.
     pub closed: bool,
 }
@@ -18,7 +18,7 @@ pub struct Rim {
 pub fn rims_near(local: &Local, frame: &FeatureFrame, radius_mm: f64, step_mm: f64) -> Vec<Rim> {
     let mut rims = Vec::new();
     for points in &local.face.boundary_loops {
-        let mut piece: Vec<[f64; 2]> = Vec::new();
+        let mut piece: Vec<Uvw> = Vec::new();
         let mut left = false;
         for pair in points.windows(2) {
             let pieces = (nalgebra::distance(&pair[0], &pair[1]) / step_mm).ceil().max(1.0);
@@ -30,9 +30,9 @@ pub fn rims_near(local: &Local, frame: &FeatureFrame, radius_mm: f64, step_mm: f
             }
             for k in near {
                 let p = pair[0] + (pair[1] - pair[0]) * (k as f64 / pieces);
-                let [u, v, w] = frame.of_cad(&p);
+                let place @ [u, v, w] = frame.of_cad(&p);
                 if u * u + v * v + w * w <= radius_mm * radius_mm {
-                    piece.push([u, v]);
+                    piece.push(place);
                 } else {
                     left = true;
                     flush(&mut rims, &mut piece);
@@ -48,6 +48,15 @@ pub fn rims_near(local: &Local, frame: &FeatureFrame, radius_mm: f64, step_mm: f
         }
     }
     rims
+}
+
+/// Whether a rim's place is that of a leaf behind the sheet (the other edge of a channel, the inner leaf of a hem): it neither ends that
+/// sheet nor hides it. `above_mm` is the place's height above the sheet as known from `away_mm` away, over which the sheet may
+/// rise or fall by half of that.
+pub fn is_of_a_leaf_behind(frame: &FeatureFrame, above_mm: f64, away_mm: f64) -> bool {
+    const LEAVES_MM: f64 = 0.3;
+    // Not a number is no height.
+    above_mm * frame.outward < -(LEAVES_MM + 0.5 * away_mm)
 }
 
 /// Of the places `k / pieces` along a segment, `k` in `0..pieces`, a stretch that holds all within a ball, and few others: a CAD's
@@ -71,7 +80,7 @@ fn steps_inside([from, to]: [&Point3; 2], pieces: f64, middle: &Point3, radius_m
     first..(end as usize).max(first)
 }
 
-fn flush(rims: &mut Vec<Rim>, piece: &mut Vec<[f64; 2]>) {
+fn flush(rims: &mut Vec<Rim>, piece: &mut Vec<Uvw>) {
     if !piece.is_empty() {
         rims.push(Rim { places: std::mem::take(piece), closed: false });
     }

@@ -12,14 +12,14 @@ use shapeline::run::RunContext;
 use shapeline::scan::{ConditionedScan, PointClass, PointGrid, Removed};
 
 /// The plate reaches this far from the origin along x and y, mm.
-const HALF_MM: f64 = 75.0;
+pub const HALF_MM: f64 = 75.0;
 /// Holes are looked for this far from their place, mm.
 const SEARCH_MM: f64 = 2.3;
 const PLACES: usize = 200;
 
 /// How points lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Pattern {
+pub enum Pattern {
     /// A turned square lattice with a jitter of 0.15 spacings, one point in five missing.
     Lattice,
     /// Each for itself.
@@ -44,7 +44,7 @@ fn plate() -> Part {
 }
 
 /// (x, y) on the plate, `density` a mm².
-fn scatter(pattern: Pattern, density: f64, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
+pub fn scatter(pattern: Pattern, density: f64, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     let wide = 2.0 * HALF_MM;
     if pattern == Pattern::Poisson {
@@ -71,7 +71,12 @@ fn scatter(pattern: Pattern, density: f64, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]
 }
 
 /// The plate scanned from above, noise 0.05 mm, without the points that `keep` refuses.
-fn scan(points: &[[f64; 2]], density: f64, keep: impl Fn(&[f64; 2]) -> bool, rng: &mut ChaCha8Rng) -> ConditionedScan {
+pub fn scan(
+    points: &[[f64; 2]],
+    density: f64,
+    keep: impl Fn(&[f64; 2]) -> bool,
+    rng: &mut ChaCha8Rng,
+) -> ConditionedScan {
     // Sums of three uniforms of variance 1/3 each: near enough to Gaussian.
     let mut noise = || 0.05 * (0..3).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>();
     let positions: Vec<Point3> = points.iter().filter(|p| keep(p)).map(|p| Point3::new(p[0], p[1], noise())).collect();
@@ -89,7 +94,7 @@ fn scan(points: &[[f64; 2]], density: f64, keep: impl Fn(&[f64; 2]) -> bool, rng
 }
 
 /// What measurements look at, the part in its place.
-fn local<'a>(part: &'a Part, side: Side, scan: &'a ConditionedScan, grid: &'a PointGrid) -> Local<'a> {
+pub fn local<'a>(part: &'a Part, side: Side, scan: &'a ConditionedScan, grid: &'a PointGrid) -> Local<'a> {
     const UNCERTAINTY: &UncertaintySettings = &UncertaintySettings {
         scale_ppm: 0.0,
         thickness_mm: 0.0,

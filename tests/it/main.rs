@@ -15,5 +15,6 @@ mod nist_fits;
 mod pose_sweep;
 mod project;
 mod readers;
+mod stacked_leaves;
 mod support;
 mod watch;
