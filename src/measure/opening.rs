@@ -230,6 +230,8 @@ fn search<O: Opening>(
     reach: f64,
 ) -> Result<O, NotFound> {
     const THINNED: usize = 500;
+    // Share of points inside below which a place is an opening's.
+    const EMPTY: f64 = 0.15;
     // As many as tell the opening from chance must be left out of the thinned points too.
     let density = (spacing_mm * spacing_mm).recip();
     let spare = (left_out(nominal, density) / needed_gain::<O>(search_mm, density)) as usize;
@@ -254,21 +256,26 @@ fn search<O: Opening>(
     };
     let near = attempt(nominal, &[wide, 0.7 * h]);
     // Where nobody can tell what stands inside, the search has not found anything.
-    let share_inside = |fit: &SoftEdgeFit<O>, below: f64| {
-        points_inside(&thinned, &fit.outline, 0.5 * h, fit.density_per_mm2).is_some_and(|inside| inside.share < below)
+    let is_empty = |outline: &O, density: f64, below: f64| {
+        points_inside(&thinned, outline, 0.5 * h, density).is_some_and(|inside| inside.share < below)
     };
     let good = |fit: &SoftEdgeFit<O>| {
         let [u, v] = fit.outline.centre();
-        u.hypot(v) < search_mm && share_inside(fit, 0.15)
+        u.hypot(v) < search_mm && is_empty(&fit.outline, fit.density_per_mm2, EMPTY)
     };
     if let Some(fit) = near.filter(good) {
         return Ok(fit.outline);
     }
-    let best = emptiest_place(&thinned, nominal, search_mm, h);
-    let again = attempt(&nominal.centred_at(best), &[h.max(0.3), 0.7 * h]);
-    let none = || NotFound::new(format!("no {} here: the points go on over its place", O::WORD), sheet.len());
-    let fit = again.ok_or_else(none)?;
-    if share_inside(&fit, 0.5) { Ok(fit.outline) } else { Err(none()) }
+    let best = nominal.centred_at(emptiest_place(&thinned, nominal, search_mm, h));
+    let again = attempt(&best, &[h.max(0.3), 0.7 * h]);
+    if let Some(fit) = again.filter(|fit| is_empty(&fit.outline, fit.density_per_mm2, 0.5)) {
+        return Ok(fit.outline);
+    }
+    // In a gap that is larger than the nominal outline the rim may be too far off for a fit of that size to see.
+    if is_empty(&best, (h * h).recip(), EMPTY) {
+        return Ok(best);
+    }
+    Err(NotFound::new(format!("no {} here: the points go on over its place", O::WORD), sheet.len()))
 }
 
 /// Where the nominal outline holds the fewest points: of the places of a grid (step an eighth of the search), the mean of all that

@@ -185,20 +185,29 @@ fn true_holes_are_measured() {
     }
 }
 
-/// A hole of 12 mm in place of one of 10 mm is told: measured with its diameter where points are too far apart to be sure that it is
-/// another hole, refused with its size where they are not.
+/// A hole of 12 or 8 mm in place of one of 10 mm is told: measured with its diameter where points are too far apart to be sure that it
+/// is another hole, refused with its size where they are not.
 #[test]
 fn a_hole_of_another_size_is_told() {
     let part = plate();
-    for found in drilled(Pattern::Lattice, 1.3, 12.0, 10.0, &part) {
-        let found = found.unwrap();
-        // Three standard errors of a diameter are a spacing here, at most.
-        assert!((found.diameter_mm - 12.0).abs() < 0.88, "{}", found.diameter_mm);
-    }
-    for found in drilled(Pattern::Lattice, 26.0, 12.0, 10.0, &part) {
-        let reason = found.unwrap_err().reason;
-        let told = reason.starts_with("the gap found here is 1") && reason.contains("the hole is 10.0 mm wide");
-        assert!(told, "{reason}");
+    // Three standard errors of a diameter are a spacing at most; sizes are told to 0.1 mm.
+    let agrees =
+        |told_mm: f64, actual_mm: f64, density: f64| (told_mm - actual_mm).abs() < density.sqrt().recip() + 0.05;
+    for pattern in [Pattern::Lattice, Pattern::Poisson] {
+        for actual_mm in [8.0, 12.0] {
+            for found in drilled(pattern, 1.3, actual_mm, 10.0, &part) {
+                let found = found.unwrap();
+                assert!(agrees(found.diameter_mm, actual_mm, 1.3), "{pattern:?} {actual_mm}: {}", found.diameter_mm);
+            }
+            for found in drilled(pattern, 26.0, actual_mm, 10.0, &part) {
+                let reason = found.unwrap_err().reason;
+                let told = reason
+                    .strip_prefix("the gap found here is ")
+                    .and_then(|r| r.split_once(" mm wide, the hole is 10.0 mm wide"));
+                let told_mm: Option<f64> = told.and_then(|(size, _)| size.parse().ok());
+                assert!(told_mm.is_some_and(|mm| agrees(mm, actual_mm, 26.0)), "{pattern:?} {actual_mm}: {reason}");
+            }
+        }
     }
     // What is larger by two thirds is another hole, however far apart the points are.
     assert!(drilled(Pattern::Lattice, 1.3, 10.0, 6.0, &part).iter().all(Result::is_err));
