@@ -5,7 +5,9 @@ use crate::align::{DatumErrors, Datums, PoseUncertainty, expected_pose_uncertain
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{UnitVector3, Vector3};
 use crate::plan::expected::{Expected, OpeningStd};
-use crate::plan::{AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, SlotReading};
+use crate::plan::{
+    AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, SlotReading, UncertaintySettings,
+};
 use nalgebra::{Matrix2, Vector2};
 
 /// What of a plan the expected error of its pose depends on.
@@ -19,19 +21,22 @@ pub struct Outlook<'a> {
     pub comparison: &'a [ComparisonPoint],
     /// What measures it.
     pub rig: Option<&'a Rig>,
+    /// What the scans cannot show.
+    pub uncertainty: UncertaintySettings,
 }
 
 impl<'a> Outlook<'a> {
     /// Of a plan.
     pub fn of(plan: &'a Plan) -> Self {
-        let Plan { alignment, features, comparison, rig, .. } = plan;
-        Self { method: alignment, features, comparison, rig: rig.as_ref() }
+        let Plan { alignment, features, comparison, rig, uncertainty, .. } = plan;
+        Self { method: alignment, features, comparison, rig: rig.as_ref(), uncertainty: *uncertainty }
     }
 
     /// Of what is sound of a plan, if that tells its alignment.
     pub fn of_draft(draft: &'a Draft) -> Option<Self> {
         let Draft { alignment, features, comparison, rig, .. } = draft;
-        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref() })
+        let uncertainty = draft.uncertainty.unwrap_or_default();
+        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref(), uncertainty })
     }
 
     /// What the pose's error will do to each comparison point along its direction, mm (standard deviation); `None` where the
@@ -40,6 +45,50 @@ impl<'a> Outlook<'a> {
         let pose = pose(self, self.method)?;
         Some(self.comparison.iter().map(|point| error_mm(&pose, &point.geometry)).collect())
     }
+
+    /// The expanded uncertainty (k = 2) to expect at each comparison point of a good scan, mm: the datums through the pose (a best fit
+    /// over the whole part owes next to nothing), the point's own fit, the measuring system and the edges' offset. What it leaves out
+    /// (shadows, scale, thickness seen from the other side) only adds to it. `None` where the datums do not hold the part.
+    pub fn expected_u_mm(&self) -> Option<Vec<f64>> {
+        let pose_mm = match self.method {
+            AlignmentMethod::BestFit => vec![0.0; self.comparison.len()],
+            _ => self.pose_errors_mm()?,
+        };
+        let expected = Expected::of(self.rig);
+        let UncertaintySettings { system_mm, edge_offset_u_mm, .. } = self.uncertainty;
+        let u_mm = |(point, pose_mm): (&ComparisonPoint, f64)| {
+            let own = match &point.geometry {
+                Geometry::Surface { .. } => expected.surface_mm(),
+                Geometry::Edge { .. } => expected.edge_mm().hypot(edge_offset_u_mm),
+                Geometry::Hole { diameter_mm, .. } => expected.opening(*diameter_mm, *diameter_mm).across_mm,
+                Geometry::Slot { length_mm, width_mm, .. } => expected.opening(*length_mm, *width_mm).along_mm,
+            };
+            2.0 * own.hypot(pose_mm).hypot(system_mm)
+        };
+        Some(self.comparison.iter().zip(pose_mm).map(u_mm).collect())
+    }
+}
+
+/// Warns of every comparison point whose tolerance the measuring system cannot judge: with U as large as half of the tolerance's
+/// width, or larger, not even a deviation in its middle could pass.
+pub fn tolerance_warnings(outlook: &Outlook) -> Vec<Diagnostic> {
+    let source = if outlook.rig.is_some() { "by [rig]" } else { "without [rig]" };
+    let warning = |(point, u_mm): (&ComparisonPoint, f64)| {
+        let (lower_mm, upper_mm) = (point.lower_mm, point.upper_mm);
+        // The plan's own check tells limits that nobody can measure.
+        if upper_mm - lower_mm < crate::plan::NARROWEST_MM || u_mm < 0.5 * (upper_mm - lower_mm) {
+            return None;
+        }
+        let message = format!(
+            "[[comparison]] \"{}\": U (k = 2) is expected to be about {} {source}, too much for the tolerance from {lower_mm} \
+             to {upper_mm} mm: no deviation could pass",
+            point.name,
+            mm(u_mm),
+        );
+        let help = "widen the tolerance, measure with a finer rig, or hold the part by datums nearer to this point";
+        Some(Diagnostic::warning(message).in_file(&point.file).at_line(point.line).with_help(help))
+    };
+    outlook.comparison.iter().zip(outlook.expected_u_mm().unwrap_or_default()).filter_map(warning).collect()
 }
 
 /// Warns of a plan that reads the slot's axis, with the expected error at the comparison point where it is largest. `None` for
@@ -154,6 +203,28 @@ mod tests {
         };
         *slot_reading = reading;
         plan
+    }
+
+    /// No datum and nothing else can make U smaller than the point's own fit; a plan's contributions add in squares.
+    #[test]
+    fn a_tolerance_below_the_expected_u_is_told_with_both_figures() {
+        let mut plan = demo(SlotReading::CentreLine);
+        assert_eq!(tolerance_warnings(&Outlook::of(&plan)), []);
+        let u = Outlook::of(&plan).expected_u_mm().unwrap();
+        let own = 2.0 * Expected::of(None).surface_mm();
+        assert!(u[0] > own && u.iter().all(|u| *u < 0.3), "{u:?}");
+        (plan.comparison[0].lower_mm, plan.comparison[0].upper_mm) = (-0.9 * u[0], 0.9 * u[0]);
+        (plan.comparison[1].lower_mm, plan.comparison[1].upper_mm) = (-1.1 * u[1], 1.1 * u[1]);
+        let told = tolerance_warnings(&Outlook::of(&plan));
+        let (name, figure) = (&plan.comparison[0].name, mm(u[0]));
+        assert!(told.len() == 1 && told[0].message.contains(name) && told[0].message.contains(&figure), "{told:?}");
+        plan.uncertainty.system_mm = 10.0;
+        let with_system = Outlook::of(&plan).expected_u_mm().unwrap();
+        assert!((with_system[0] - u[0].hypot(20.0)).abs() < 1e-9);
+        assert_eq!(tolerance_warnings(&Outlook::of(&plan)).len(), plan.comparison.len());
+        plan.alignment = AlignmentMethod::BestFit;
+        plan.uncertainty.system_mm = 0.0;
+        assert_eq!(Outlook::of(&plan).expected_u_mm().unwrap()[0], own);
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub mod result;
 mod rims;
 pub mod verdict;
 
-pub use expected::{Outlook, axis_reading_warning};
+pub use expected::{Outlook, axis_reading_warning, tolerance_warnings};
 pub use pipeline::{Inspected, inspect, refused};
 pub use plan_check::{check_against_part, check_draft};
 pub use result::*;

@@ -7,10 +7,9 @@
 //! else one column `position` holds all three numbers, `[1.0, 2.0, 3.0]`. A cell may be quoted with `"`; an empty cell means
 //! that the point does not have the key. Numbers have a decimal point.
 
-use super::model::ComparisonPoint;
 use super::problems::Problems;
 use super::reader::{Places, TableReader, quoted};
-use super::shapes::comparison_point;
+use super::shapes::{ReadPoint, comparison_point};
 use super::suggest::{list_or, nearest};
 use super::syntax::read_text;
 use toml_edit::{Array, Table, Value};
@@ -32,8 +31,8 @@ enum Column {
     Triple(&'static str),
 }
 
-/// Reads the points, each with the line of its name; faults go to `problems`.
-pub(super) fn read(bytes: &[u8], problems: &Problems) -> Vec<(ComparisonPoint, usize)> {
+/// Reads the points as far as they are sound; faults go to `problems`.
+pub(super) fn read(bytes: &[u8], problems: &Problems) -> Vec<ReadPoint> {
     let Some(text) = read_text(bytes, problems) else { return Vec::new() };
     let mut rows = text
         .lines()
@@ -149,7 +148,7 @@ fn read_row(
     columns: &[Column],
     line: usize,
     problems: &Problems,
-) -> Option<(ComparisonPoint, usize)> {
+) -> Option<ReadPoint> {
     let Some(cells) = cells(row, separator) else {
         problems.error(
             line,
@@ -192,7 +191,7 @@ fn read_row(
             table.insert(key, toml_edit::value(array));
         }
     }
-    comparison_point(TableReader::new(&table, "[[comparison]]", line, Places::OneLine, problems))
+    Some(comparison_point(TableReader::new(&table, "[[comparison]]", line, Places::OneLine, problems)))
 }
 
 /// A cell as a number, or as the text that it is, for the message.

@@ -1,7 +1,10 @@
 //! From the bytes of a plan to a `Plan` that can be run, or to everything that is wrong with it.
 
 use super::alignment::alignment;
-use super::model::{BackgroundSettings, ComparisonPoint, Draft, Feature, Plan, ResultsPlace, UncertaintySettings};
+use super::model::{
+    BackgroundSettings, ComparisonPoint, Draft, Feature, OutputSettings, Plan, ResultsPlace, ScanSettings,
+    UncertaintySettings,
+};
 use super::problems::Problems;
 use super::reader::{NumberRule, Places, TableReader};
 use super::sections::CadRead;
@@ -80,7 +83,6 @@ fn read_root(
     look_for_files: bool,
 ) -> (Option<Plan>, Draft, Vec<Diagnostic>) {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let problems = root.problems();
     schema(&root);
     let part = root.required_section("part", "the part's name and sheet thickness").and_then(sections::part);
     let cad = root.required_section("cad", "the CAD file").map(|table| sections::cad(table, folder));
@@ -96,29 +98,15 @@ fn read_root(
     let (comparison, comparison_bytes, more) = comparison(&root, folder);
     let rig = root.section("rig").map_or(Some(None), |table| sections::rig(table).map(Some));
     let uncertainty = root.section("uncertainty").map_or(Some(UncertaintySettings::default()), sections::uncertainty);
-    let (output, results) = match root.section("output") {
-        Some(table) => sections::output(table, folder),
-        None => {
-            let output = sections::output_left_out(folder);
-            let results = ResultsPlace { path: output.path.clone(), line: 1 };
-            (Some(output), Some(results))
-        }
-    };
+    let (output, results) = output(&root, folder);
     if look_for_files {
-        let missing = |cad: &&CadRead| cad.path().is_some_and(|path| !path.is_file());
-        if let Some((cad, path)) = cad.as_ref().filter(missing).and_then(|cad| Some((cad, cad.path()?))) {
-            let message = format!("[cad] file: found no file {}, expected an STL, OBJ or PLY file", path.display());
-            problems.error(cad.line, message, "paths start at the plan's own folder; check name and folder");
-        }
-        if let Some((scans, line)) = scans.as_ref().filter(|(scans, _)| scans_given && !scans.path.is_dir()) {
-            let message = format!("[scans] folder: found no folder {}", scans.path.display());
-            problems.warning(*line, message, "make the folder, or name the scans on the command line");
-        }
+        tell_missing_files(cad.as_ref(), scans.as_ref().filter(|_| scans_given), root.problems());
     }
     let alignment_line = alignment_line(&root);
     sections::finish(root);
     let named = features.len();
     let features: Vec<Feature> = features.into_iter().filter_map(|f| f.feature).collect();
+    let rig_is_sound = rig.is_some();
     let draft = Draft {
         path: path.to_path_buf(),
         part,
@@ -130,27 +118,58 @@ fn read_root(
         features,
         comparison,
         rig: rig.flatten(),
+        uncertainty,
         output,
         results,
     };
-    let plan = (|| {
-        Some(Plan {
-            path: path.to_path_buf(),
-            sha256: sha256_hex(&[bytes, &comparison_bytes]),
-            part: draft.part.clone()?,
-            cad: draft.cad.clone()?,
-            scans: draft.scans.clone()?,
-            background: background?,
-            alignment: draft.alignment.clone()?,
-            alignment_line,
-            features: draft.features.clone(),
-            comparison: draft.comparison.clone(),
-            rig: rig?,
-            uncertainty: uncertainty?,
-            output: draft.output.clone()?,
-        })
-    })();
+    // A table that is there and is not sound leaves no plan; a rig that is left out does.
+    let plan = background
+        .filter(|_| rig_is_sound)
+        .and_then(|background| whole_plan(&draft, background, sha256_hex(&[bytes, &comparison_bytes])));
     (plan, draft, more)
+}
+
+/// The plan, if all of it is sound.
+fn whole_plan(draft: &Draft, background: BackgroundSettings, sha256: String) -> Option<Plan> {
+    Some(Plan {
+        path: draft.path.clone(),
+        sha256,
+        part: draft.part.clone()?,
+        cad: draft.cad.clone()?,
+        scans: draft.scans.clone()?,
+        background,
+        alignment: draft.alignment.clone()?,
+        alignment_line: draft.alignment_line,
+        features: draft.features.clone(),
+        comparison: draft.comparison.clone(),
+        rig: draft.rig,
+        uncertainty: draft.uncertainty?,
+        output: draft.output.clone()?,
+    })
+}
+
+/// `[output]`, or what holds without it.
+fn output(root: &TableReader<'_>, folder: &Path) -> (Option<OutputSettings>, Option<ResultsPlace>) {
+    match root.section("output") {
+        Some(table) => sections::output(table, folder),
+        None => {
+            let output = sections::output_left_out(folder);
+            let results = ResultsPlace { path: output.path.clone(), line: 1 };
+            (Some(output), Some(results))
+        }
+    }
+}
+
+/// Tells that the CAD file or the scan folder, with its line, is not there.
+fn tell_missing_files(cad: Option<&CadRead>, scans: Option<&(ScanSettings, usize)>, problems: &Problems) {
+    if let Some((cad, path)) = cad.and_then(|cad| Some((cad, cad.path()?))).filter(|(_, path)| !path.is_file()) {
+        let message = format!("[cad] file: found no file {}, expected an STL, OBJ or PLY file", path.display());
+        problems.error(cad.line, message, "paths start at the plan's own folder; check name and folder");
+    }
+    if let Some((scans, line)) = scans.filter(|(scans, _)| !scans.path.is_dir()) {
+        let message = format!("[scans] folder: found no folder {}", scans.path.display());
+        problems.warning(*line, message, "make the folder, or name the scans on the command line");
+    }
 }
 
 fn schema(root: &TableReader<'_>) {
@@ -175,9 +194,9 @@ fn comparison(root: &TableReader<'_>, folder: &Path) -> (Vec<ComparisonPoint>, V
     let problems = root.problems();
     let tables = root.sections("comparison", "[[comparison]]");
     let in_plan = root.optional("comparison").is_some();
-    let points: Vec<_> = tables.into_iter().filter_map(comparison_point).collect();
-    warn_of_shared_names(points.iter().map(|(p, line)| (p.name.as_str(), *line)), problems);
-    let points: Vec<ComparisonPoint> = points.into_iter().map(|(point, _)| point).collect();
+    let read: Vec<_> = tables.into_iter().map(comparison_point).collect();
+    warn_of_shared_names(&read, problems);
+    let points: Vec<ComparisonPoint> = read.into_iter().filter_map(|read| read.point).collect();
     let Some(table) = root.section("comparison_file") else {
         if !in_plan && root.optional("comparison_file").is_none() {
             let help = "add [[comparison]] tables, or [comparison_file] with file = \"points.csv\"";
@@ -208,8 +227,8 @@ fn comparison(root: &TableReader<'_>, folder: &Path) -> (Vec<ComparisonPoint>, V
     if from_file.is_empty() && !file_problems.any_error() {
         file_problems.warning(1, "found no comparison point, expected at least one", "add a line for each point");
     }
-    warn_of_shared_names(from_file.iter().map(|(p, line)| (p.name.as_str(), *line)), &file_problems);
-    let points = points.into_iter().chain(from_file.into_iter().map(|(point, _)| point)).collect();
+    warn_of_shared_names(&from_file, &file_problems);
+    let points = points.into_iter().chain(from_file.into_iter().filter_map(|read| read.point)).collect();
     (points, bytes, file_problems.into_sorted())
 }
 

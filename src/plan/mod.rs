@@ -25,3 +25,4 @@ mod values;
 
 pub use load::{Loaded, load, parse};
 pub use model::*;
+pub use shapes::NARROWEST_MM;

@@ -392,6 +392,8 @@ pub struct Draft {
     pub comparison: Vec<ComparisonPoint>,
     /// `[rig]`.
     pub rig: Option<Rig>,
+    /// `[uncertainty]`, with what holds where it is left out.
+    pub uncertainty: Option<UncertaintySettings>,
     /// `[output]`.
     pub output: Option<OutputSettings>,
     /// Where results are to go.

@@ -12,7 +12,7 @@ const SHAPE_KEYS: [&str; 8] =
     ["centre", "position", "axis", "direction", "normal", "diameter_mm", "length_mm", "width_mm"];
 
 /// A tolerance narrower than this is beyond any scan of sheet metal, mm.
-const NARROWEST_MM: f64 = 0.01;
+pub const NARROWEST_MM: f64 = 0.01;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -64,8 +64,16 @@ fn feature(mut table: TableReader<'_>, first_lines: &mut BTreeMap<String, usize>
     ReadFeature { name, kind: word, feature }
 }
 
+/// A comparison point as far as it could be read: its name is compared with others even when a number of it is wrong.
+pub(super) struct ReadPoint {
+    /// Its name, if it has a good one, with the line.
+    pub name: Option<(String, usize)>,
+    /// The whole of it, if nothing is wrong.
+    pub point: Option<ComparisonPoint>,
+}
+
 /// Reads one `[[comparison]]` or one row of a comparison file.
-pub(super) fn comparison_point(mut table: TableReader<'_>) -> Option<(ComparisonPoint, usize)> {
+pub(super) fn comparison_point(mut table: TableReader<'_>) -> ReadPoint {
     let line = table.line();
     let named = read_name(&mut table, "[[comparison]]");
     let kinds = [("surface", Kind::Surface), ("edge", Kind::Edge), ("hole", Kind::Hole)];
@@ -84,14 +92,23 @@ pub(super) fn comparison_point(mut table: TableReader<'_>) -> Option<(Comparison
     let limits = limits(&table);
     let file = table.problems().file().to_path_buf();
     finish(table, word, known_kind);
-    let ((name, name_line), geometry, (lower_mm, upper_mm)) = (named?, geometry?, limits?);
-    Some((ComparisonPoint { name, geometry, lower_mm, upper_mm, file, line }, name_line))
+    let whole = named.clone().zip(geometry).zip(limits);
+    let point = whole.map(|(((name, _), geometry), (lower_mm, upper_mm))| ComparisonPoint {
+        name,
+        geometry,
+        lower_mm,
+        upper_mm,
+        file,
+        line,
+    });
+    ReadPoint { name: named, point }
 }
 
-/// Warns of names that comparison points share; `points` come with the line of their name.
-pub(super) fn warn_of_shared_names<'p>(points: impl Iterator<Item = (&'p str, usize)>, problems: &Problems) {
+/// Warns of names that comparison points share.
+pub(super) fn warn_of_shared_names(points: &[ReadPoint], problems: &Problems) {
     let mut first_lines: BTreeMap<&str, usize> = BTreeMap::new();
-    for (name, line) in points {
+    for (name, line) in points.iter().filter_map(|read| read.name.as_ref()) {
+        let line = *line;
         let first = *first_lines.entry(name).or_insert(line);
         if first != line {
             let message = format!(

@@ -186,6 +186,7 @@ const CASES: &[(&str, &str, &str)] = &[
     ("hole without size", "diameter_mm = 16.0", "diameter_mm = 0"),
     ("centre misspelt", "centre = [-76.0, 56.0, 4.1]", "center = [-76.0, 56.0, 4.1]"),
     ("point named twice", "name = \"E01\"", "name = \"P01\""),
+    ("point named twice and of no kind", "name = \"E01\"\nkind = \"edge\"", "name = \"P01\"\nkind = \"rim\""),
     ("slot compared", "kind = \"edge\"", "kind = \"slot\""),
     ("limits swapped", "lower_mm = -0.7", "lower_mm = 0.7"),
     ("limits of a nanometre", "lower_mm = -0.7\nupper_mm = 0.7", "lower_mm = -1e-9\nupper_mm = 1e-9"),

@@ -4,7 +4,7 @@
 use super::examine::{prepare_cad, prepare_part, settings_for};
 use super::results::ending_of;
 use crate::diagnostic::{Diagnostic, ReadError};
-use crate::inspect::{Outlook, axis_reading_warning, check_draft};
+use crate::inspect::{Outlook, axis_reading_warning, check_draft, tolerance_warnings};
 use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
 use crate::report::{atomic, sequence};
 use crate::run::{Cancelled, RunContext};
@@ -29,10 +29,11 @@ pub fn check_plan(path: &Path, run: &RunContext) -> Result<Vec<Diagnostic>, Canc
     Ok(found)
 }
 
-/// The warning of an alignment that will hold the part poorly, with its place.
-pub(super) fn outlook(draft: &Draft) -> Option<Diagnostic> {
-    let warning = axis_reading_warning(&Outlook::of_draft(draft)?)?;
-    Some(warning.in_file(&draft.path).at_line(draft.alignment_line))
+/// Warnings of an alignment that will hold the part poorly, and of tolerances that cannot be judged, with their places.
+pub(super) fn outlook(draft: &Draft) -> Vec<Diagnostic> {
+    let Some(outlook) = Outlook::of_draft(draft) else { return Vec::new() };
+    let axis = axis_reading_warning(&outlook).map(|d| d.in_file(&draft.path).at_line(draft.alignment_line));
+    axis.into_iter().chain(tolerance_warnings(&outlook)).collect()
 }
 
 /// Problems of the CAD, and of the plan's sound points against it.
