@@ -107,11 +107,12 @@ impl Reader {
         let count = self.mesh.vertices.len() as i64;
         let from_zero = if index < 0 { count.saturating_add(index) } else { index - 1 };
         if index == 0 || from_zero < 0 || from_zero >= count {
-            return Err(Diagnostic::error(format!(
-                "face names vertex {}, expected 1 to {count} or -{count} to -1",
-                excerpt(digits)
-            ))
-            .with_help("the file was cut off or damaged; export it again"));
+            let expected = match count {
+                0 => "but no vertex stands above it".to_owned(),
+                _ => format!("expected 1 to {count} or -{count} to -1"),
+            };
+            return Err(Diagnostic::error(format!("face names vertex {}, {expected}", excerpt(digits)))
+                .with_help("the file was cut off or damaged; export it again"));
         }
         Ok(from_zero as u32)
     }
@@ -162,6 +163,8 @@ mod tests {
         {
             assert_eq!(refused_at(&format!("{QUAD}{face}\n")), 7, "{face}");
         }
+        let refused = mesh("f 1 2 3\n").unwrap_err().to_string();
+        assert!(refused.contains("no vertex stands above"), "{refused}");
     }
 
     #[test]
