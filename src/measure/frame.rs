@@ -150,8 +150,8 @@ pub fn clear_of_belt(local: &Local, seen_places: &[Point3], points: usize) -> Re
 
 /// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's on the plan's side.
 ///
-/// A surface is moved by the thickness as the plan says; of a solid seen from below the other skin is looked for along
-/// the normal, and where there is none (over a hole) the thickness tells.
+/// A surface is moved by the thickness as the plan says; a solid seen from below by that between its skins along the normal, so that
+/// what the nominal place is off the one it is off the other, and where one of them is missing (over a hole) by the CAD's thickness.
 fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
     let thickness = local.part.thickness_mm;
     if local.part.cad_side != CadSide::Solid {
@@ -160,9 +160,17 @@ fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
     if local.face.side == Side::Top {
         return *nominal;
     }
-    // From a little above, so that a nominal place just inside the sheet finds the skin as well.
+    // From a little off, so that a skin right at the start is found as well.
     let back = 0.05;
     let reach = if thickness > 0.0 { 3.0 * thickness } else { 10.0 };
-    let hit = local.face.bvh.ray(&(nominal + normal.into_inner() * back), &-normal.into_inner(), reach);
-    nominal - normal.into_inner() * hit.map_or(thickness, |hit| hit.t - back)
+    let n = normal.into_inner();
+    let skin = |side: Side, from_mm: f64, sense: f64| {
+        let start = nominal + n * (from_mm - sense * back);
+        let hit = local.part.face(side).bvh.ray(&start, &(n * sense), reach)?;
+        Some(from_mm + sense * (hit.t - back))
+    };
+    let above = [1.0, -1.0].into_iter().filter_map(|sense| skin(Side::Top, 0.0, sense));
+    let own_mm = above.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let between = own_mm.and_then(|own| Some(own - skin(Side::Bottom, own, -1.0)?));
+    nominal - n * between.unwrap_or(thickness)
 }

@@ -43,6 +43,21 @@ fn plate() -> Part {
     Part::prepare(mesh, "00".into(), &settings, &RunContext::silent()).unwrap()
 }
 
+/// The same plate as a closed solid, its plan made for the upper face.
+fn solid_plate() -> Part {
+    let h = HALF_MM;
+    let corner = |k: u32| {
+        let [x, y, z] = [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from);
+        Point3::new(h * (2.0 * x - 1.0), h * (2.0 * y - 1.0), z - 1.0)
+    };
+    let quads = [[4, 5, 7, 6], [0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let mesh = Mesh { vertices: (0..8).map(corner).collect(), triangles };
+    let plan_directions = vec![(Point3::origin(), Vector3::z())];
+    let settings = PartSettings { cad_side: CadSide::Solid, thickness_mm: 0.0, plan_directions };
+    Part::prepare(mesh, "00".into(), &settings, &RunContext::silent()).unwrap()
+}
+
 /// (x, y) on the plate, `density` a mm².
 pub fn scatter(pattern: Pattern, density: f64, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
@@ -291,16 +306,17 @@ fn stated_uncertainty_of_a_leaning_hole_knows_of_the_layers_error() {
 /// it is, and only the deviation along the normal changes.
 #[test]
 fn a_nominal_place_off_the_cad_moves_nothing_that_is_measured() {
-    let part = plate();
+    let (sheet, solid) = (plate(), solid_plate());
     let mut rng = ChaCha8Rng::seed_from_u64(43);
     let points = scatter(Pattern::Lattice, 10.0, &mut rng);
     let in_slot = |p: &[f64; 2]| (p[0] - 40.0).hypot(p[1] - p[1].clamp(-6.0, 6.0)) < 4.0;
-    for (side, seen_z) in [(Side::Top, 0.0), (Side::Bottom, -1.0)] {
+    let seen = [(Side::Top, 0.0), (Side::Bottom, -1.0)];
+    for (part, (side, seen_z)) in [&sheet, &solid].into_iter().flat_map(|part| seen.map(|seen| (part, seen))) {
         let mut made = scan(&points, 10.0, |p| p[0].hypot(p[1]) > 5.0 && !in_slot(p), &mut rng);
         made.cloud.positions.iter_mut().for_each(|p| p.z = seen_z);
         made.to_camera = Some(UnitVector3::new_unchecked(Vector3::z() * if seen_z < 0.0 { -1.0 } else { 1.0 }));
         let grid = PointGrid::build(&made, 1.0);
-        let local = local(&part, side, &made, &grid);
+        let local = local(part, side, &made, &grid);
         let up = Vector3::z_axis();
         let measured = |z: f64| {
             let slot = NominalSlot {
