@@ -28,24 +28,15 @@ pub fn part_word(result: &InspectionResult) -> &'static str {
     }
 }
 
-/// What the first page leaves to the document and to the other pages.
-#[derive(Default)]
-pub struct First {
-    /// The picture that it refers to.
-    pub picture: Option<MapPicture>,
-    /// Indices of the points about which it says everything that is to be said in words.
-    pub told: Vec<usize>,
-}
-
-/// Draws the first page.
-pub fn draw(page: &mut Page<'_>, result: &InspectionResult, scene: Option<&MapScene<'_>>) -> First {
+/// Draws the first page; returns the picture that it refers to.
+pub fn draw(page: &mut Page<'_>, result: &InspectionResult, scene: Option<&MapScene<'_>>) -> Option<MapPicture> {
     card(page, result);
     match &result.outcome {
         Outcome::Refused(refusal) => {
             let y = identity(page, result, 46.0);
             let y = paragraph(page, y + 8.0, "Reason", &refusal.reason);
             paragraph(page, y + 3.0, "What to do", &refusal.help);
-            First::default()
+            None
         }
         Outcome::Measured(inspection) => measured(page, result, inspection, scene),
     }
@@ -56,7 +47,7 @@ fn measured(
     result: &InspectionResult,
     inspection: &Inspection,
     scene: Option<&MapScene<'_>>,
-) -> First {
+) -> Option<MapPicture> {
     let down = no_alignment(page, inspection, 43.6);
     counts(page, inspection, 46.0 + down);
     let y = identity(page, result, 50.6 + down);
@@ -72,8 +63,8 @@ fn measured(
         None => no_map(page, top),
     };
     caption(page, bottom + 6.0, inspection, map.as_ref());
-    let told = worst.put(page, inspection, bottom + 14.2);
-    First { picture: map.map(|map: PreparedMap<'_>| map.picture), told }
+    worst.put(page, inspection, bottom + 14.2);
+    map.map(|map: PreparedMap<'_>| map.picture)
 }
 
 /// Why the plan's alignment was not possible and what to do, in a box; returns how much room it took, mm.

@@ -42,16 +42,16 @@ fn pages<'a>(
     scene: Option<&MapScene<'_>>,
 ) -> (Vec<Page<'a>>, Option<MapPicture>) {
     let mut first = Page::new(fonts);
-    let drawn = first::draw(&mut first, result, scene);
+    let picture = first::draw(&mut first, result, scene);
     let mut pages = vec![first];
     if let Outcome::Measured(inspection) = &result.outcome {
-        pages.extend(rest::draw(fonts, result, inspection, &drawn.told));
+        pages.extend(rest::draw(fonts, result, inspection));
     }
     let count = pages.len();
     for (k, page) in pages.iter_mut().enumerate() {
         footer(page, k + 1, count);
     }
-    (pages, drawn.picture)
+    (pages, picture)
 }
 
 fn footer(page: &mut Page<'_>, number: usize, count: usize) {

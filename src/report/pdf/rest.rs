@@ -1,4 +1,4 @@
-//! The pages after the first: all comparison points, features, holes, map and fit; `notes` has what is told in words.
+//! The pages after the first: all comparison points, features, holes, map and fit; `notes` has the warnings.
 
 use super::flow::Flow;
 use super::map::{kind_words, paper, row_fill};
@@ -6,10 +6,10 @@ use super::notes;
 use super::page::{Font, Fonts, Page, Paint, Type, set};
 use super::table::{Align, Column, Row, put};
 use super::theme::{DENSE_ROW, LEFT, QUIET, RIGHT, STROKE, STRONG, Sign, TEXT};
-use crate::inspect::{Inspection, InspectionResult};
+use crate::inspect::{Inspection, InspectionResult, Verdict};
 use crate::report::palette::Palette;
 use crate::report::words::{
-    capital, deviation, kind, limits, percent_of_tolerance, point_verdict, signed_mm, thousands,
+    capital, deviation, in_words, kind, limits, percent_of_tolerance, point_verdict, signed_mm, thousands,
 };
 
 const HEADING: Type = set(Font::SemiBold, 10.3);
@@ -17,8 +17,8 @@ const CELL: Type = set(Font::Regular, 7.8);
 const NUMBER: Type = set(Font::Mono, 7.6);
 const NAME: Type = set(Font::MonoBold, 7.6);
 
-/// All pages after the first; of the points in `told` everything was said in words there.
-pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspection, told: &[usize]) -> Vec<Page<'a>> {
+/// All pages after the first.
+pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspection) -> Vec<Page<'a>> {
     let mut flow = Flow::new(fonts, result);
     if !inspection.points.is_empty() {
         comparison_points(&mut flow, inspection);
@@ -26,7 +26,7 @@ pub fn draw<'a>(fonts: &'a Fonts, result: &InspectionResult, inspection: &Inspec
     features(&mut flow, inspection);
     holes(&mut flow, inspection);
     figures(&mut flow, result, inspection);
-    notes::put(&mut flow, inspection, told);
+    notes::put(&mut flow, inspection);
     flow.into_pages()
 }
 
@@ -102,10 +102,17 @@ fn comparison_points(flow: &mut Flow<'_>, inspection: &Inspection) {
                 thousands(p.points_used),
                 point_verdict(p.verdict).to_owned(),
             ],
+            words: why_open(p),
         }
     };
     let rows: Vec<Row> = inspection.points.iter().map(row).collect();
     put(flow, "All comparison points", &columns, &rows);
+}
+
+/// Why a point has no verdict, in words; empty where it has one.
+fn why_open(point: &crate::inspect::PointResult) -> String {
+    let is_open = matches!(point.verdict, Verdict::NotMeasured | Verdict::Undecided) && point.reason.is_some();
+    if is_open { in_words(point) } else { String::new() }
 }
 
 fn features(flow: &mut Flow<'_>, inspection: &Inspection) {
@@ -148,6 +155,7 @@ fn features(flow: &mut Flow<'_>, inspection: &Inspection) {
             thousands(f.points_used),
             format!("{:.3}", f.rms_mm),
         ],
+        words: String::new(),
     };
     let rows: Vec<Row> = features.iter().map(row).collect();
     put(flow, "Features of the alignment", &columns, &rows);
@@ -188,6 +196,7 @@ fn holes(flow: &mut Flow<'_>, inspection: &Inspection) {
                 format!("Ø {:.3}", h.diameter_mm),
                 signed(h.diameter_deviation_mm),
             ],
+            words: String::new(),
         })
         .collect();
     put(flow, "Holes", &columns, &rows);

@@ -37,9 +37,16 @@ pub struct Row {
     pub fill: bool,
     /// One text a column.
     pub cells: Vec<String>,
+    /// Words below them, from the second column on; empty for none.
+    pub words: String,
 }
 
 const HEADING: Type = set(Font::SemiBold, 10.3);
+const WORDS: Type = set(Font::Regular, 7.8);
+/// Height of a line of words, mm.
+const LINE: f64 = 3.4;
+/// So many lines of one reason are enough; the result files hold all of it.
+const MOST_LINES: usize = 20;
 const HEAD: Type = set(Font::SemiBold, 7.4);
 
 /// Puts a table with its title into the flow.
@@ -47,12 +54,18 @@ pub fn put(flow: &mut Flow<'_>, title: &str, columns: &[Column], rows: &[Row]) {
     // A title with its head and two rows never stands alone at the foot of a page.
     flow.need(14.0 + 2.0 * DENSE_ROW);
     head(flow, title, columns);
+    let words_x = columns.get(1).map_or(LEFT, |column| match column.align {
+        Align::Left(x) | Align::Right(x) => x,
+    });
     for row in rows {
-        if !flow.has(DENSE_ROW) {
+        let fonts = flow.page().fonts;
+        let mut words = fonts.wrapped(WORDS, &fonts.printable(WORDS.font, &row.words), RIGHT - words_x);
+        words.truncate(if row.words.is_empty() { 0 } else { MOST_LINES });
+        if !flow.has(DENSE_ROW + LINE * words.len() as f64) {
             flow.turn();
             head(flow, &format!("{title}, continued"), columns);
         }
-        put_row(flow, columns, row);
+        put_row(flow, columns, row, words_x, &words);
     }
     flow.y += 3.4;
 }
@@ -71,11 +84,12 @@ fn head(flow: &mut Flow<'_>, title: &str, columns: &[Column]) {
     flow.y = y + 11.4;
 }
 
-fn put_row(flow: &mut Flow<'_>, columns: &[Column], row: &Row) {
+fn put_row(flow: &mut Flow<'_>, columns: &[Column], row: &Row, words_x: f64, words: &[String]) {
     let y = flow.y;
+    let height = DENSE_ROW + LINE * words.len() as f64;
     let page = flow.page();
     if let (Some(sign), true) = (row.sign, row.fill) {
-        page.rect(LEFT, y + 0.1, RIGHT - LEFT, DENSE_ROW - 0.1, &Paint::fill(sign.fill()));
+        page.rect(LEFT, y + 0.1, RIGHT - LEFT, height - 0.1, &Paint::fill(sign.fill()));
     }
     if let Some(of) = row.sign {
         sign(page, of, LEFT + 2.8, y + 0.5 * DENSE_ROW, 1.4);
@@ -88,6 +102,9 @@ fn put_row(flow: &mut Flow<'_>, columns: &[Column], row: &Row) {
             Align::Right(x) => page.text_right(x, y + 3.1, column.set, TEXT, &text),
         }
     }
-    page.rule(LEFT, RIGHT, y + DENSE_ROW, STROKE, 0.15);
-    flow.y = y + DENSE_ROW;
+    for (k, line) in words.iter().enumerate() {
+        page.text(words_x, y + 3.1 + LINE * (k + 1) as f64, WORDS, TEXT, line);
+    }
+    page.rule(LEFT, RIGHT, y + height, STROKE, 0.15);
+    flow.y = y + height;
 }

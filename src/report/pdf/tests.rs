@@ -24,16 +24,34 @@ fn cases() -> (crate::part::Part, crate::scan::ConditionedScan, Vec<Case>) {
     let points_of = |k: usize, p: &PointResult| PointResult { name: format!("P{k:03}"), ..p.clone() };
     let known = example::inspection(&fail).points.clone();
     example::inspection_mut(&mut many).points = (0..500).map(|k| points_of(k, &known[k % known.len()])).collect();
+    let mut open = fail.clone();
+    example::inspection_mut(&mut open).points =
+        (0..60).map(|k| unmeasured(k, &points_of(k, &known[k % known.len()]))).collect();
+    example::inspection_mut(&mut open).verdict = Verdict::NotMeasured;
     let cases = vec![
         Case { name: "pass", result: mapped(example::pass()).0 },
         Case { name: "degraded", result: mapped(example::degraded()).0 },
         Case { name: "no points", result: none },
         Case { name: "500 points", result: many },
+        Case { name: "hardly measured", result: open },
         Case { name: "long names", result: long_names(&fail) },
         Case { name: "refused", result: example::refused() },
         Case { name: "fail", result: fail },
     ];
     (example::dome_part(40), scan, cases)
+}
+
+/// All but every tenth point without a measurement, each for a reason of its own.
+fn unmeasured(k: usize, p: &PointResult) -> PointResult {
+    if k.is_multiple_of(10) {
+        return p.clone();
+    }
+    let words = [
+        "too few points",
+        "the sheet around it is hidden from the camera by the part itself, 12 points are needed there",
+    ];
+    let reason = Some(format!("reason {k}: {}", words[k % 2].repeat(1 + k % 4)));
+    PointResult { verdict: Verdict::NotMeasured, measurement: None, reason, ..p.clone() }
 }
 
 fn long_names(fail: &InspectionResult) -> InspectionResult {
@@ -115,6 +133,7 @@ fn the_first_page_says_what_came_out_and_every_page_its_number() {
             ],
             "refused" => &["Refused", "The scan was not measured", "cut off after 1,204,331", "Copy it again"],
             "no points" => &["The plan has no comparison points", "nothing was judged"],
+            "hardly measured" => &["Incomplete"],
             "500 points" => &["of 500 points out of tolerance"],
             _ => &["Incomplete", "Längsträger", "…", "(copy)"],
         };
@@ -130,6 +149,16 @@ fn the_first_page_says_what_came_out_and_every_page_its_number() {
             for k in 0..500 {
                 assert!(pages[1..].iter().flatten().any(|t| t.text == format!("P{k:03}")), "{k}");
             }
+        }
+        if case.name == "hardly measured" {
+            for k in (0..60).filter(|k| k % 10 > 0) {
+                let told = format!("reason {k}:");
+                assert_eq!(pages[1..].iter().flatten().filter(|t| t.text.contains(&told)).count(), 1, "{told}");
+            }
+        }
+        if case.name == "degraded" {
+            let told = pages[1..].iter().flatten().filter(|t| t.text.contains("datum S1 not measured")).count();
+            assert!(told >= 11, "every row has its reason: {told}");
         }
         if case.name == "refused" {
             assert_eq!(pages.len(), 1);

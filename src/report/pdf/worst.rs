@@ -44,7 +44,6 @@ pub struct Columns {
 pub struct Entry {
     point: usize,
     words: Vec<String>,
-    whole: bool,
 }
 
 impl Entry {
@@ -82,20 +81,17 @@ impl Worst {
         }
     }
 
-    /// Draws it; returns the points of which everything is said.
-    pub fn put(&self, page: &mut Page<'_>, inspection: &Inspection, top: f64) -> Vec<usize> {
+    /// Draws it.
+    pub fn put(&self, page: &mut Page<'_>, inspection: &Inspection, top: f64) {
         match self {
             Worst::Nothing => {
                 page.text(LEFT, top, CELL, QUIET, "There are no comparison points in the plan: nothing was judged.");
-                Vec::new()
             }
             Worst::Names(lines) => {
                 page.text(LEFT, top, HEADING, TEXT, "Not measured");
                 for (k, line) in lines.iter().enumerate() {
                     page.text(LEFT, top + 5.6 + 4.2 * k as f64, CELL, TEXT, line);
                 }
-                // The reason of all stands in the box under the verdict.
-                (0..inspection.points.len()).collect()
             }
             Worst::Table(columns, entries) => table(page, inspection, top, columns, entries),
         }
@@ -119,17 +115,16 @@ fn names(fonts: &Fonts, points: &[PointResult]) -> Vec<String> {
 
 fn entry(fonts: &Fonts, p: &PointResult, point: usize, room: f64) -> Entry {
     let mut words = fonts.wrapped(CELL, &fonts.printable(CELL.font, &in_words(p)), room);
-    let whole = words.len() <= 2;
-    if !whole {
-        const MORE: &str = " (see page 2)";
+    if words.len() > 2 {
+        const MORE: &str = " (more in the table)";
         let last = fonts.cut(CELL, &format!("{} …", words[1]), room - fonts.width_mm(CELL, MORE));
         words.truncate(1);
         words.push(format!("{last}{MORE}"));
     }
-    Entry { point, words, whole }
+    Entry { point, words }
 }
 
-fn table(page: &mut Page<'_>, inspection: &Inspection, top: f64, columns: &Columns, entries: &[Entry]) -> Vec<usize> {
+fn table(page: &mut Page<'_>, inspection: &Inspection, top: f64, columns: &Columns, entries: &[Entry]) {
     page.text(LEFT, top, HEADING, TEXT, "Worst points first");
     let y = top + 5.4;
     for (x, head) in [(20.9, "Point"), (columns.kind, "Kind"), (columns.words, "In words")] {
@@ -139,7 +134,6 @@ fn table(page: &mut Page<'_>, inspection: &Inspection, top: f64, columns: &Colum
         page.text_right(*x, y, HEAD, QUIET, head);
     }
     page.rule(LEFT, RIGHT, y + 1.9, STRONG, 0.3);
-    let mut told = Vec::new();
     let mut row_top = top + HEAD_HEIGHT;
     for entry in entries {
         let bottom = row_top + entry.height();
@@ -149,11 +143,7 @@ fn table(page: &mut Page<'_>, inspection: &Inspection, top: f64, columns: &Colum
         row(page, &inspection.points[entry.point], columns, entry, row_top);
         page.rule(LEFT, RIGHT, bottom, STROKE, 0.15);
         row_top = bottom;
-        if entry.whole {
-            told.push(entry.point);
-        }
     }
-    told
 }
 
 fn row(page: &mut Page<'_>, p: &PointResult, columns: &Columns, entry: &Entry, top: f64) {
