@@ -75,89 +75,100 @@ fn point(row: &Row) -> PointResult {
     }
 }
 
-/// A failed bracket with every verdict and every kind in it.
-pub fn bracket() -> InspectionResult {
-    let feature =
-        |name: &str, kind, fixes: &str, centre: [f64; 3], size: Option<(f64, f64)>, length: Option<(f64, f64)>| {
-            MeasuredFeature {
-                name: name.to_owned(),
-                kind,
-                fixes: fixes.to_owned(),
-                centre: Point3::from(centre),
-                axis: Vector3::z(),
-                direction: (kind == "slot").then(Vector3::x),
-                diameter_mm: size.map(|s| s.0),
-                nominal_diameter_mm: size.map(|s| s.1),
-                length_mm: length.map(|l| l.0),
-                nominal_length_mm: length.map(|l| l.1),
-                points_used: 212,
-                rms_mm: 0.061,
-            }
-        };
+/// A feature of the bracket; sizes are measured and nominal.
+fn feature(
+    name: &str,
+    kind: &'static str,
+    fixes: &str,
+    centre: [f64; 3],
+    size: Option<(f64, f64)>,
+    length: Option<(f64, f64)>,
+) -> MeasuredFeature {
+    MeasuredFeature {
+        name: name.to_owned(),
+        kind,
+        fixes: fixes.to_owned(),
+        centre: Point3::from(centre),
+        axis: Vector3::z(),
+        direction: (kind == "slot").then(Vector3::x),
+        diameter_mm: size.map(|s| s.0),
+        nominal_diameter_mm: size.map(|s| s.1),
+        length_mm: length.map(|l| l.0),
+        nominal_length_mm: length.map(|l| l.1),
+        points_used: 212,
+        rms_mm: 0.061,
+    }
+}
+
+fn identity() -> Identity {
+    Identity {
+        part_name: "Bracket RH".into(),
+        part_number: "4711-02".into(),
+        part_revision: "C".into(),
+        plan_file: "bracket_rh.toml".into(),
+        plan_sha256: "64879f7d6b960a01909762d911a32d4582c20010c5641ee90278b644a9e3b525".into(),
+        cad_file: "bracket.stl".into(),
+        cad_sha256: "2afe5e26e9c8cbec2eab056f3b79013cbef3b4b38f5cc51a84a64103ecb720ad".into(),
+        cad_triangles: 184_212,
+        scan_file: "0017.ply".into(),
+        scan_sha256: Some("59ad1b2fc74287ded1bba7af67765d23ad4a49f1ae51902cc2ed3f8ebee96cfa".into()),
+        scan_taken: None,
+    }
+}
+
+fn best_fit() -> BestFit {
+    BestFit {
+        cad_from_scan: pose(),
+        side: Some(Side::Top),
+        face: Side::Top,
+        rms_mm: 0.112,
+        inlier_ratio: 0.97,
+        margin: 4.2,
+        margin_limit: 1.5,
+        poses_tried: 48,
+        uncertainty: PoseUncertainty::none(Point3::origin()),
+        converged: true,
+        unfinished_mm: 0.0,
+        open_face: None,
+    }
+}
+
+fn alignment() -> FeatureAlignment {
     let features = vec![
         feature("H1", "hole", "three translations", [-76.0, 56.0, 5.23], Some((16.031, 16.0)), None),
         feature("S1", "slot", "two rotations", [72.0, -54.0, 0.257], Some((9.027, 9.0)), Some((30.044, 30.0))),
         feature("A1", "surface", "one rotation", [10.0, 44.0, 4.269], None, None),
     ];
+    let (method, cad_from_scan) = ("features", pose());
+    FeatureAlignment { method, cad_from_scan, degraded: None, missing: Vec::new(), features }
+}
+
+/// A failed bracket with every verdict and every kind in it.
+pub fn bracket() -> InspectionResult {
+    let (points_read, points_kept) = (2_000_000, 1_313_042);
+    let removed = Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 };
+    let statistics = MapStatistics {
+        points: points_kept,
+        mean_mm: -0.061,
+        rms_mm: 0.309,
+        p05_mm: -0.571,
+        p95_mm: 0.417,
+        within_range_ratio: 0.9996,
+        past_edge: 1204,
+        far: 17,
+    };
     InspectionResult {
-        identity: Identity {
-            part_name: "Bracket RH".into(),
-            part_number: "4711-02".into(),
-            part_revision: "C".into(),
-            plan_file: "bracket_rh.toml".into(),
-            plan_sha256: "64879f7d6b960a01909762d911a32d4582c20010c5641ee90278b644a9e3b525".into(),
-            cad_file: "bracket.stl".into(),
-            cad_sha256: "2afe5e26e9c8cbec2eab056f3b79013cbef3b4b38f5cc51a84a64103ecb720ad".into(),
-            cad_triangles: 184_212,
-            scan_file: "0017.ply".into(),
-            scan_sha256: Some("59ad1b2fc74287ded1bba7af67765d23ad4a49f1ae51902cc2ed3f8ebee96cfa".into()),
-            scan_taken: None,
-        },
-        counts: CloudCounts {
-            points_read: Some(2_000_000),
-            points_kept: Some(1_313_042),
-            removed: Some(Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 }),
-        },
+        identity: identity(),
+        counts: CloudCounts { points_read: Some(points_read), points_kept: Some(points_kept), removed: Some(removed) },
         outcome: Outcome::Measured(Box::new(Inspection {
-            points_read: 2_000_000,
-            points_kept: 1_313_042,
-            removed: Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 },
+            points_read,
+            points_kept,
+            removed,
             verdict: Verdict::Fail,
-            best_fit: BestFit {
-                cad_from_scan: pose(),
-                side: Some(Side::Top),
-                face: Side::Top,
-                rms_mm: 0.112,
-                inlier_ratio: 0.97,
-                margin: 4.2,
-                margin_limit: 1.5,
-                poses_tried: 48,
-                uncertainty: PoseUncertainty::none(Point3::origin()),
-                converged: true,
-                unfinished_mm: 0.0,
-                open_face: None,
-            },
-            alignment: FeatureAlignment {
-                method: "features",
-                cad_from_scan: pose(),
-                degraded: None,
-                missing: Vec::new(),
-                features,
-            },
+            best_fit: best_fit(),
+            alignment: alignment(),
             points: ROWS.iter().map(point).collect(),
-            map: DeviationMap {
-                statistics: MapStatistics {
-                    points: 1_313_042,
-                    mean_mm: -0.061,
-                    rms_mm: 0.309,
-                    p05_mm: -0.571,
-                    p95_mm: 0.417,
-                    within_range_ratio: 0.9996,
-                    past_edge: 1204,
-                    far: 17,
-                },
-                ..DeviationMap::default()
-            },
+            map: DeviationMap { statistics, ..DeviationMap::default() },
             warnings: Vec::new(),
         })),
         map_range_mm: 1.0,

@@ -104,15 +104,20 @@ fn a_forged_number_is_found_wherever_it_stands() {
     forge("fewer triangles in the file", &|p| p.triangles_in_file = 3);
 }
 
-#[test]
-fn a_forged_file_is_rebuilt_silently() {
+/// The plate as the CAD of a folder of its own.
+fn plate_file() -> (tempfile::TempDir, CadSettings) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plate.stl");
     let mut stl = Vec::new();
     crate::io::write_stl(&mut stl, &plate()).unwrap();
     std::fs::write(&path, &stl).unwrap();
-    let cad = CadSettings { file: "plate.stl".into(), path: path.clone(), unit: LengthUnit::Mm };
-    let (cache, settings) = (cache_path(&path), settings(CadSide::Top, 1.0));
+    (folder, CadSettings { file: "plate.stl".into(), path, unit: LengthUnit::Mm })
+}
+
+#[test]
+fn a_forged_file_is_rebuilt_silently() {
+    let (_folder, cad) = plate_file();
+    let (cache, settings) = (cache_path(&cad.path), settings(CadSide::Top, 1.0));
     let load = || load_or_prepare(&cad, &settings, Some(&cache), &RunContext::silent()).unwrap();
     let (built, _) = load();
     let key = key(&built.cad_sha256, LengthUnit::Mm, &settings);
@@ -157,13 +162,8 @@ fn the_key_holds_everything_the_part_is_made_of() {
 
 #[test]
 fn a_damaged_or_stale_file_is_replaced() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("plate.stl");
-    let mut stl = Vec::new();
-    crate::io::write_stl(&mut stl, &plate()).unwrap();
-    std::fs::write(&path, &stl).unwrap();
-    let cad = CadSettings { file: "plate.stl".into(), path: path.clone(), unit: LengthUnit::Mm };
-    let cache = cache_path(&path);
+    let (folder, cad) = plate_file();
+    let cache = cache_path(&cad.path);
     assert_eq!(cache.file_name().unwrap(), "plate.stl.shapeline-cache");
     let load = |settings: &PartSettings| load_or_prepare(&cad, settings, Some(&cache), &RunContext::silent()).unwrap();
     let thin = settings(CadSide::Top, 1.0);
@@ -179,7 +179,7 @@ fn a_damaged_or_stale_file_is_replaced() {
     assert_eq!(load(&settings(CadSide::Top, 1.1)).1, CacheUse::Built, "another thickness");
     std::fs::write(&cache, b"").unwrap();
     assert!(load(&thin) == (built.clone(), CacheUse::Built));
-    std::fs::write(&path, &stl).unwrap();
+    std::fs::write(&cad.path, std::fs::read(&cad.path).unwrap()).unwrap();
     assert_eq!(load(&thin).1, CacheUse::Loaded, "the same bytes written again");
     // A place that cannot be written is no error.
     let nowhere = folder.path().join("missing").join("x");
