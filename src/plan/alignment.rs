@@ -1,7 +1,7 @@
 //! `[alignment]`: which features hold the part, and whether they can.
 
 use super::freedom::hold;
-use super::model::{AlignmentMethod, Geometry, RpsLock, SlotReading};
+use super::nominal::{AlignmentMethod, Geometry, RpsLock, SlotReading};
 use super::reader::{Entry, TableReader, quoted};
 use super::sections::finish;
 use super::shapes::ReadFeature;

@@ -1,10 +1,8 @@
 //! From the bytes of a plan to a `Plan` that can be run, or to everything that is wrong with it.
 
 use super::alignment::alignment;
-use super::model::{
-    BackgroundSettings, ComparisonPoint, Draft, Feature, OutputSettings, Plan, ResultsPlace, ScanSettings,
-    UncertaintySettings,
-};
+use super::model::{BackgroundSettings, Draft, OutputSettings, Plan, ResultsPlace, ScanSettings, UncertaintySettings};
+use super::nominal::{ComparisonPoint, Feature};
 use super::problems::Problems;
 use super::reader::{NumberRule, Places, TableReader};
 use super::sections::CadRead;

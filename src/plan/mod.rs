@@ -12,6 +12,7 @@ pub mod expected;
 mod freedom;
 mod load;
 pub mod model;
+pub mod nominal;
 mod notation;
 mod problems;
 mod reader;
@@ -25,4 +26,5 @@ mod values;
 
 pub use load::{Loaded, load, parse};
 pub use model::*;
+pub use nominal::*;
 pub use shapes::NARROWEST_MM;

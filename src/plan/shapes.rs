@@ -1,6 +1,6 @@
 //! Nominal features and comparison points.
 
-use super::model::{ComparisonPoint, Feature, Geometry};
+use super::nominal::{ComparisonPoint, Feature, Geometry};
 use super::problems::Problems;
 use super::reader::{Entry, TableReader, quoted};
 use super::suggest::list_or;

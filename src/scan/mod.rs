@@ -12,6 +12,7 @@ pub mod grid;
 pub mod hints;
 mod neighbourhood;
 mod normals;
+mod rules;
 mod stray;
 #[cfg(test)]
 mod synthetic;

@@ -127,7 +127,7 @@ impl<'a> Actual<'a> {
         let turned = |k: usize, n: usize| (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
         match geometry {
             Geometry::Hole { centre, axis, diameter_mm, .. } => {
-                let x = super::scan::across(axis);
+                let x = super::placing::across(axis);
                 let y = axis.cross(&x);
                 let middle = centre + axis.into_inner() * self.offset_mm;
                 let place = |k| {

@@ -78,7 +78,7 @@ fn open(actual: &Actual, motion: &Isometry3) -> Option<DVector<f64>> {
                     (slot_found.direction?, direction.into_inner())
                 }
             };
-            let x = super::scan::across(&nalgebra::Unit::new_normalize(wanted));
+            let x = super::placing::across(&nalgebra::Unit::new_normalize(wanted));
             numbers.extend([is.dot(&x) * LEVER_MM, is.dot(&wanted.cross(&x)) * LEVER_MM]);
             let found = actual.feature(*point, motion)?;
             numbers.push((found.place - nominal(*point).position()).dot(&found.axis));

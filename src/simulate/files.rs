@@ -1,8 +1,9 @@
 //! Scans as files, each with its truth beside it; and the `simulate` command.
 
 use super::displacement::draw_springback;
+use super::placing::PoseChoice;
 use super::rig::RigModel;
-use super::scan::{PoseChoice, SimulatedScan, simulate_scan};
+use super::scan::{SimulatedScan, simulate_scan};
 use super::subject::Subject;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{LengthUnit, Point3};
