@@ -17,6 +17,7 @@ mod lines;
 mod obj;
 mod ply;
 mod polygon;
+mod resolution;
 mod stl;
 mod text_cloud;
 pub mod unit_guard;
@@ -85,8 +86,8 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
 /// oriented here. Polygons become triangles; faces with fewer than three distinct vertices are left out.
 ///
 /// # Errors
-/// A file that is broken, cut off, without faces, or has a coordinate that is not finite or above
-/// [`LARGEST_COORDINATE_MM`]; or the job was cancelled.
+/// A file that is broken, cut off, without faces, or has a coordinate that is not finite, above
+/// [`LARGEST_COORDINATE_MM`], or stored as float32 in steps above 0.01 mm; or the job was cancelled.
 pub fn read_mesh(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) -> Result<Mesh, ReadError> {
     let scale = unit.in_mm();
     let result = match format::detect(bytes, file) {
@@ -115,7 +116,7 @@ pub fn read_mesh(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) 
 ///
 /// # Errors
 /// A file that is broken, cut off, of a mesh format without measured points (STL, OBJ), without a single finite point,
-/// or has a coordinate above [`LARGEST_COORDINATE_MM`]; or the job was cancelled.
+/// or has a coordinate above [`LARGEST_COORDINATE_MM`] or stored as float32 in steps above 0.01 mm; or the job was cancelled.
 pub fn read_cloud(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) -> Result<PointCloud, ReadError> {
     let scale = unit.in_mm();
     let not_a_cloud = |what: &str| -> ReadError {

@@ -6,7 +6,7 @@
 use super::fault::Fault;
 use super::field::{excerpt, not_a_number, number, words};
 use super::lines::Lines;
-use super::{LARGEST_COORDINATE_MM, TOO_FAR_HELP, format, too_far};
+use super::{LARGEST_COORDINATE_MM, TOO_FAR_HELP, format, resolution, too_far};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{Mesh, Point3};
 use crate::run::RunContext;
@@ -67,6 +67,7 @@ pub fn read_binary(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<M
             })?;
         }
     }
+    resolution::check(&soup.vertices, [true; 3], mm_per_unit)?;
     Ok(soup.into_mesh())
 }
 
@@ -233,13 +234,15 @@ mod tests {
         assert_eq!(text.triangles, [[0, 1, 2]]);
     }
 
-    /// A kilometre is allowed, as in a plan; a part at 1e30 mm is a damaged file.
+    /// A part at 1e30 mm is a damaged file.
     #[test]
     fn a_vertex_beyond_a_kilometre_is_refused_with_its_facet() {
         let at = |x: f32| {
             read_binary(&binary(&[[x, 0.0, 0.0], [x, 100.0, 0.0], [x, 0.0, 100.0]]), 1.0, &RunContext::silent())
         };
-        assert!(at(1e6).is_ok() && at(-1e6).is_ok());
+        assert!(at(1e5).is_ok() && at(-1e5).is_ok());
+        // A kilometre is allowed, as in a plan, but not in steps of 0.06 mm.
+        assert!(said(at(1e6)).message.contains("steps of 0.062 mm"));
         for x in [1_000_001.0, -2e6, 1e30] {
             let told = said(at(x));
             assert!(

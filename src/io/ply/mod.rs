@@ -9,7 +9,7 @@ mod text;
 
 use super::columns::{ColourScale, Layout, Role};
 use super::fault::Fault;
-use super::{format, polygon};
+use super::{format, polygon, resolution};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{Mesh, PointCloud};
 use crate::run::RunContext;
@@ -93,9 +93,26 @@ impl Faces {
 
 fn read_body(bytes: &[u8], header: &Header, wanted: &Wanted, run: &RunContext) -> Result<Body, ReadError> {
     match header.encoding {
+        // What a text holds may be finer than the type that its header names.
         Encoding::Text => text::read(bytes, header, wanted, run),
-        Encoding::LittleEndian | Encoding::BigEndian => binary::read(bytes, header, wanted, run),
+        Encoding::LittleEndian | Encoding::BigEndian => {
+            let body = binary::read(bytes, header, wanted, run)?;
+            let is_float32 = is_float32(header.vertices()?, wanted.layout);
+            resolution::check(&body.cloud.positions, is_float32, wanted.mm_per_unit)?;
+            Ok(body)
+        }
     }
+}
+
+/// Whether x, y and z are stored as float32.
+fn is_float32(vertices: &Element, layout: &Layout) -> [bool; 3] {
+    let mut stored = [false; 3];
+    for (property, role) in vertices.properties.iter().zip(&layout.roles) {
+        if let Role::Position(axis) = role {
+            stored[usize::from(*axis)] = property.kind == Kind::Single(Number::F32);
+        }
+    }
+    stored
 }
 
 /// The corner that an index names, checked against the number of vertices.

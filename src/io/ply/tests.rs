@@ -195,3 +195,22 @@ fn many_chunks_keep_the_order_and_lose_nothing() {
         assert_eq!(point.x * 128.0, f64::from(*index));
     }
 }
+
+/// A scan in map coordinates, 4 m of it 900 m away: double keeps what was measured, float32 has steps of 0.06 mm there.
+#[test]
+fn a_scan_far_away_is_read_from_doubles_and_refused_from_floats() {
+    let file = |kind: &str, put: fn(f64) -> Vec<u8>| {
+        let mut bytes = format!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty {kind} x\nproperty {kind} y\nproperty {kind} z\n\
+             end_header\n"
+        )
+        .into_bytes();
+        (0..9).for_each(|k| bytes.extend([f64::from(k) * 500.01, 900_000.37, 1.0].map(put).concat()));
+        read_cloud(&bytes, 1.0, &RUN)
+    };
+    let doubles = file("double", |x| x.to_le_bytes().to_vec()).unwrap();
+    assert_eq!(doubles.positions[1], Point3::new(500.01, 900_000.37, 1.0));
+    let told = said(file("float", |x| (x as f32).to_le_bytes().to_vec()));
+    assert!(told.message.contains("y is about 900000 mm") && told.message.contains("steps of 0.062 mm"), "{told}");
+    assert!(told.help.unwrap().contains("as double"));
+}
