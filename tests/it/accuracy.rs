@@ -140,6 +140,7 @@ fn in_true_pose(plan: &Plan, part: &Part, scan: &ConditionedScan, truth: &ScanTr
         errors.points += 1;
         match found {
             Ok((error, u)) => {
+                errors.covered += usize::from(error.abs() <= 2.0 * u);
                 errors.by_kind.entry(point.geometry.kind().into()).or_default().push(error.abs());
                 errors.by_point.entry(format!("{} {}", point.name, truth.side)).or_default().push([error, 2.0 * u]);
             }
