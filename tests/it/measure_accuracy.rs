@@ -2,16 +2,16 @@
 //! density of the paper's cloud (26 points a mm²) and at a sparse one (1.3), on both sides of the sheet, with a part that
 //! deviates and a pose that is known.
 
+use crate::support::{conditioned, local};
 use shapeline::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use shapeline::measure::{self, Local, NotFound};
 use shapeline::part::{Part, PartSettings};
-use shapeline::plan::{Geometry, Side, UncertaintySettings};
+use shapeline::plan::{Geometry, Side};
 use shapeline::run::RunContext;
-use shapeline::scan::{BeltPlane, ConditionedScan, PointClass, PointGrid, Removed};
-use shapeline::simulate::scan::Label;
+use shapeline::scan::{BeltPlane, ConditionedScan, PointGrid};
 use shapeline::simulate::{
-    BracketParameters, DisplacementField, PoseChoice, RigModel, SimulatedScan, Subject, SyntheticPart, bracket,
-    draw_springback, simulate_scan,
+    BracketParameters, DisplacementField, PoseChoice, RigModel, Subject, SyntheticPart, bracket, draw_springback,
+    simulate_scan,
 };
 
 /// A bracket that deviates: openings moved, holes drilled too large or small, edges trimmed long or short.
@@ -29,24 +29,6 @@ fn deviating() -> BracketParameters {
         diameter_changes: vec![("H1", 0.08), ("C02", -0.15), ("C04", 0.1)],
         trims: vec![("E01", 0.6), ("E02", -0.5), ("E03", 1.2), ("E04", 0.2), ("E05", -0.9), ("E06", 0.3)],
         ..BracketParameters::default()
-    }
-}
-
-/// Belt removed by its label, everything else kept: what the background filters leave in the best case.
-fn conditioned(scan: SimulatedScan, rig: &RigModel) -> ConditionedScan {
-    let kept: Vec<u32> = (0..scan.labels.len() as u32).filter(|&i| scan.labels[i as usize] != Label::Belt).collect();
-    let classes = scan.labels.iter().map(|l| if *l == Label::Belt { PointClass::Belt } else { PointClass::Kept });
-    let classes = classes.collect();
-    ConditionedScan {
-        classes,
-        cloud: scan.cloud,
-        kept,
-        removed: Removed::default(),
-        belt: None,
-        belt_clearance_mm: None,
-        to_camera: Some(-rig.view_direction),
-        spacing_mm: rig.density_per_mm2.sqrt().recip(),
-        warnings: Vec::new(),
     }
 }
 
@@ -96,14 +78,7 @@ impl Bench {
         let scan = conditioned(simulated, rig);
         let grid = PointGrid::build(&scan, (4.0 * scan.spacing_mm).max(1.0));
         let cad_from_scan = CadFromScan::new(wrong_pose * truth.isometry());
-        let local = Local {
-            part: &self.part,
-            face: self.part.face(side),
-            scan: &scan,
-            grid: &grid,
-            cad_from_scan,
-            uncertainty: &UncertaintySettings::default(),
-        };
+        let local = local(&self.part, side, &scan, &grid, cad_from_scan);
         let seen_mesh = subject.face(side);
         let bvh = shapeline::geometry::Bvh::build(&seen_mesh);
         let offset = subject.face_offset_mm(side);
@@ -312,7 +287,6 @@ fn a_sparse_cloud_is_measured_to_a_few_tenths() {
 #[test]
 fn what_is_not_there_is_not_measured() {
     let bench = Bench::new();
-    let identity = Isometry3::identity();
     let subject = Subject::perfect(&bench.nominal);
     let rig = rig(1.3);
     let simulated =
@@ -320,14 +294,7 @@ fn what_is_not_there_is_not_measured() {
     let truth = CadFromScan::try_from_row_major(&simulated.truth.cad_from_scan).unwrap();
     let scan = conditioned(simulated, &rig);
     let grid = PointGrid::build(&scan, 3.0);
-    let local = Local {
-        part: &bench.part,
-        face: bench.part.face(Side::Top),
-        scan: &scan,
-        grid: &grid,
-        cad_from_scan: CadFromScan::new(identity * truth.isometry()),
-        uncertainty: &UncertaintySettings::default(),
-    };
+    let local = local(&bench.part, Side::Top, &scan, &grid, truth);
     // In the middle of closed sheet, P03: no hole, no edge.
     let Geometry::Surface { position, direction } = &bench.nominal.comparison[2].geometry else { panic!("P03") };
     let no_hole = measure::hole(&local, position, direction, 10.0, 3.0).unwrap_err();
@@ -357,15 +324,7 @@ fn a_leaning_or_turned_axis_moves_no_hole_and_the_belt_hides_one() {
     let (mut scan, cad_from_scan) = exact_scan_from_below(&bench);
     let grid = PointGrid::build(&scan, 3.0);
     let hole_of = |scan: &ConditionedScan, centre: &Point3, axis: &UnitVector3, diameter_mm: f64| {
-        let local = Local {
-            part: &bench.part,
-            face: bench.part.face(Side::Bottom),
-            scan,
-            grid: &grid,
-            cad_from_scan,
-            uncertainty: &UncertaintySettings::default(),
-        };
-        measure::hole(&local, centre, axis, diameter_mm, 3.0)
+        measure::hole(&local(&bench.part, Side::Bottom, scan, &grid, cad_from_scan), centre, axis, diameter_mm, 3.0)
     };
     let Geometry::Hole { centre, axis, diameter_mm, .. } = &bench.nominal.features[0].geometry else { panic!("H1") };
     let straight = hole_of(&scan, centre, axis, *diameter_mm).unwrap();
@@ -400,14 +359,7 @@ fn a_surface_point_over_a_hole_of_the_cad_is_not_measured() {
     let bench = Bench::new();
     let (scan, cad_from_scan) = exact_scan_from_below(&bench);
     let grid = PointGrid::build(&scan, 3.0);
-    let local = Local {
-        part: &bench.part,
-        face: bench.part.face(Side::Bottom),
-        scan: &scan,
-        grid: &grid,
-        cad_from_scan,
-        uncertainty: &UncertaintySettings::default(),
-    };
+    let local = local(&bench.part, Side::Bottom, &scan, &grid, cad_from_scan);
     let Geometry::Hole { centre, axis, .. } = &bench.nominal.features[0].geometry else { panic!("H1") };
     let reason = measure::surface(&local, centre, axis, 3.0).unwrap_err().reason;
     assert_eq!(reason, "the CAD has no surface here");
@@ -418,14 +370,7 @@ fn a_deviation_of_an_edge_is_told_from_the_nominal_place_not_from_the_cads_rim()
     let bench = Bench::new();
     let (scan, cad_from_scan) = exact_scan_from_below(&bench);
     let grid = PointGrid::build(&scan, 3.0);
-    let local = Local {
-        part: &bench.part,
-        face: bench.part.face(Side::Bottom),
-        scan: &scan,
-        grid: &grid,
-        cad_from_scan,
-        uncertainty: &UncertaintySettings::default(),
-    };
+    let local = local(&bench.part, Side::Bottom, &scan, &grid, cad_from_scan);
     let edge = bench.nominal.comparison.iter().find(|c| c.name == "E04").expect("an edge");
     let Geometry::Edge { position, direction, normal } = &edge.geometry else { panic!("E04") };
     let at_rim = measure::edge(&local, position, direction, normal, 3.0).unwrap();
@@ -453,14 +398,7 @@ fn an_island_of_points_is_not_measured() {
     kept.retain(|k| away(&scan, *k) > 20.0 || away(&scan, *k) < 0.3);
     scan.kept = kept;
     let grid = PointGrid::build(&scan, 3.0);
-    let local = Local {
-        part: &bench.part,
-        face: bench.part.face(Side::Bottom),
-        scan: &scan,
-        grid: &grid,
-        cad_from_scan,
-        uncertainty: &UncertaintySettings::default(),
-    };
+    let local = local(&bench.part, Side::Bottom, &scan, &grid, cad_from_scan);
     let not = measure::surface(&local, position, direction, 2.5).unwrap_err();
     assert!((4..12).contains(&not.points), "{not}");
 }

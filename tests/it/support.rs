@@ -1,11 +1,15 @@
 //! What several themes need.
 
-use shapeline::geometry::PointCloud;
+use shapeline::geometry::{CadFromScan, PointCloud};
 use shapeline::inspect::{Identity, Inspected, inspect};
+use shapeline::measure::Local;
 use shapeline::part::{Part, PartSettings};
-use shapeline::plan::{CadSide, Plan};
+use shapeline::plan::{CadSide, Plan, Side, UncertaintySettings};
 use shapeline::run::RunContext;
-use shapeline::simulate::SyntheticPart;
+use shapeline::scan::{ConditionedScan, PointClass, PointGrid, Removed};
+use shapeline::simulate::scan::Label;
+use shapeline::simulate::{RigModel, SimulatedScan, SyntheticPart};
+use std::sync::LazyLock;
 
 /// A synthetic part as CAD.
 pub fn prepared(nominal: &SyntheticPart) -> Part {
@@ -34,4 +38,34 @@ pub fn identity() -> Identity {
 /// The pipeline on a cloud.
 pub fn inspect_scan(plan: &Plan, part: &Part, cloud: PointCloud, identity: Identity) -> Inspected {
     inspect(plan, part, cloud, identity, &RunContext::silent()).expect("nobody cancels")
+}
+
+/// Belt removed by its label, everything else kept: what the background filters leave in the best case.
+pub fn conditioned(scan: SimulatedScan, rig: &RigModel) -> ConditionedScan {
+    let kept: Vec<u32> = (0..scan.labels.len() as u32).filter(|&i| scan.labels[i as usize] != Label::Belt).collect();
+    let classes = scan.labels.iter().map(|l| if *l == Label::Belt { PointClass::Belt } else { PointClass::Kept });
+    let classes = classes.collect();
+    ConditionedScan {
+        classes,
+        cloud: scan.cloud,
+        kept,
+        removed: Removed::default(),
+        belt: None,
+        belt_clearance_mm: None,
+        to_camera: Some(-rig.view_direction),
+        spacing_mm: rig.density_per_mm2.sqrt().recip(),
+        warnings: Vec::new(),
+    }
+}
+
+/// What is measured in a scan in a pose that is known, nothing calibrated and nothing known of the system.
+pub fn local<'a>(
+    part: &'a Part,
+    side: Side,
+    scan: &'a ConditionedScan,
+    grid: &'a PointGrid,
+    cad_from_scan: CadFromScan,
+) -> Local<'a> {
+    static NOTHING: LazyLock<UncertaintySettings> = LazyLock::new(UncertaintySettings::default);
+    Local { part, face: part.face(side), scan, grid, cad_from_scan, uncertainty: &NOTHING }
 }
