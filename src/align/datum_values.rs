@@ -1,10 +1,9 @@
-//! What the datum features tell, how well they tell it, and the motion that follows from both.
+//! What the datum features tell, how well they tell it, and what their errors do to the part.
 
-use super::datum::{DatumError, HoleLinePoint, LockRow, MeasuredPlane, solve_hole_line_point, solve_locks};
+use super::datum::{DatumError, solve};
 use super::pose::PoseUncertainty;
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
-use crate::plan::{AlignmentMethod, Feature, Geometry, RpsLock, SlotReading, UncertaintySettings};
-use nalgebra::UnitQuaternion;
+use crate::plan::{AlignmentMethod, Feature, Geometry, SlotReading, UncertaintySettings};
 
 /// What a plan holds a part by.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +47,12 @@ impl DatumErrors {
             _ => {}
         }
         self
+    }
+
+    /// Standard uncertainty of the position along a direction, mm.
+    pub(super) fn along_mm(&self, direction: &Vector3) -> f64 {
+        let shifts = self.shifts.iter().chain([&self.edge_offset]);
+        shifts.map(|shift| shift.dot(direction).powi(2)).sum::<f64>().sqrt()
     }
 }
 
@@ -99,11 +104,12 @@ pub(super) fn datum_indices(method: &AlignmentMethod) -> Vec<usize> {
 
 /// One error of one datum, to see what it does to the pose.
 #[derive(Clone, Copy)]
-enum Nudge {
+pub(super) enum Nudge {
     Shift {
         datum: usize,
         by: Vector3,
     },
+    /// Of a slot's long axis.
     Turn {
         datum: usize,
         by: Vector3,
@@ -112,78 +118,14 @@ enum Nudge {
     EdgeOffsets,
 }
 
-/// The motion that brings the datums, in the order of `datum_indices`, to their nominal places.
-pub(super) fn solve(datums: Datums, values: &[DatumValue]) -> Result<Isometry3, DatumError> {
-    solve_nudged(datums, values, None)
-}
-
-fn solve_nudged(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Result<Isometry3, DatumError> {
-    let position = |k: usize| match nudge {
-        Some(Nudge::Shift { datum, by }) if datum == k => values[k].position + by,
-        Some(Nudge::EdgeOffsets) => values[k].position + values[k].errors.edge_offset,
-        _ => values[k].position,
-    };
-    let features = datums.features;
-    match datums.method {
-        AlignmentMethod::Features { hole, slot, slot_reading, point } => {
-            let (hole_nominal, slot_nominal) =
-                (features[*hole].geometry.position(), features[*slot].geometry.position());
-            let (line_measured, line_nominal) = match slot_reading {
-                SlotReading::CentreLine => (
-                    UnitVector3::new_normalize(position(1) - position(0)),
-                    UnitVector3::new_normalize(slot_nominal - hole_nominal),
-                ),
-                SlotReading::Axis => slot_axes(&features[*slot], &values[1], nudge),
-            };
-            let otherwise = || UnitVector3::new_normalize(features[*point].geometry.sheet_normal());
-            solve_hole_line_point(&HoleLinePoint {
-                hole_measured: position(0),
-                hole_nominal,
-                line_measured,
-                line_nominal,
-                surface_measured: MeasuredPlane {
-                    point: position(2),
-                    normal: values[2].normal.unwrap_or_else(otherwise),
-                },
-                surface_nominal: features[*point].geometry.position(),
-            })
-        }
-        AlignmentMethod::Rps(locks) => {
-            let place = |lock: &RpsLock| values.iter().position(|v| v.index == lock.feature).unwrap_or(0);
-            let rows: Vec<LockRow> = locks
-                .iter()
-                .map(|lock| LockRow {
-                    measured: position(place(lock)),
-                    nominal: features[lock.feature].geometry.position(),
-                    lock: lock.lock,
-                })
-                .collect();
-            solve_locks(&rows, datums.length_mm)
-        }
-        AlignmentMethod::BestFit => Ok(Isometry3::identity()),
-    }
-}
-
-/// The slot's long axis, measured in the sense of the plan, and nominal.
-fn slot_axes(feature: &Feature, value: &DatumValue, nudge: Option<Nudge>) -> (UnitVector3, UnitVector3) {
-    let nominal = match &feature.geometry {
-        Geometry::Slot { direction, .. } => *direction,
-        other => UnitVector3::new_normalize(other.sheet_normal()),
-    };
-    let measured = value.direction.map_or(nominal, |found| if found.dot(&nominal) < 0.0 { -found } else { found });
-    match nudge {
-        Some(Nudge::Turn { datum: 1, by }) => (UnitQuaternion::from_scaled_axis(by) * measured, nominal),
-        _ => (measured, nominal),
-    }
-}
-
 /// Moves every datum value by its standard uncertainty and keeps what that does to the part.
 pub(super) fn pose_uncertainty(
     datums: Datums,
     values: &[DatumValue],
     pivot: Point3,
 ) -> Result<PoseUncertainty, DatumError> {
-    let back = solve(datums, values)?.inverse();
+    let back = solve(datums, values, None)?.motion.inverse();
+    let nudged = |nudge: Nudge| Ok(solve(datums, values, Some(nudge))?.motion * back);
     // By its axis a slot holds directions only; by its centre it turns nothing else.
     let by_axis = matches!(datums.method, AlignmentMethod::Features { slot_reading: SlotReading::Axis, .. });
     let mut known = PoseUncertainty::none(pivot);
@@ -192,18 +134,18 @@ pub(super) fn pose_uncertainty(
         let shifts = value.errors.shifts.iter().filter(|_| !slot_axis).map(|by| Nudge::Shift { datum, by: *by });
         let turns = value.errors.turns.iter().filter(|_| slot_axis).map(|by| Nudge::Turn { datum, by: *by });
         for nudge in shifts.chain(turns) {
-            known.add(solve_nudged(datums, values, Some(nudge))? * back);
+            known.add(nudged(nudge)?);
         }
     }
     let edges = values.iter().enumerate().filter(|(_, value)| value.errors.edge_offset != Vector3::zeros());
     let each: Vec<Isometry3> = edges
         .map(|(datum, value)| {
             let by = value.errors.edge_offset;
-            Ok(solve_nudged(datums, values, Some(Nudge::Shift { datum, by }))? * back)
+            nudged(Nudge::Shift { datum, by })
         })
         .collect::<Result<_, DatumError>>()?;
     if !each.is_empty() {
-        known.set_edge_offset(each, solve_nudged(datums, values, Some(Nudge::EdgeOffsets))? * back);
+        known.set_edge_offset(each, nudged(Nudge::EdgeOffsets)?);
     }
     Ok(known)
 }
@@ -229,8 +171,11 @@ pub fn expected_pose_uncertainty(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Plan;
+    use crate::plan::{Plan, RpsLock};
     use crate::simulate::{BracketParameters, bracket};
+    use nalgebra::UnitQuaternion;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
 
     fn plan(reading: SlotReading) -> Plan {
         let mut plan = bracket(&BracketParameters { spacing_mm: 8.0, ..BracketParameters::default() }).plan();
@@ -257,7 +202,7 @@ mod tests {
         let mut values = nominal(&plan);
         let lean = UnitQuaternion::from_scaled_axis(Vector3::new(0.02, -0.03, 0.01));
         values[2].normal = values[2].normal.map(|n| lean * n);
-        let motion = solve(datums(&plan), &values).unwrap();
+        let motion = solve(datums(&plan), &values, None).unwrap().motion;
         assert!(motion.rotation.angle() < 1e-12 && motion.translation.vector.norm() < 1e-10, "{motion}");
     }
 
@@ -366,5 +311,72 @@ mod tests {
         let levered = 0.05 * 2.25_f64.hypot(1.25);
         assert!((pose.at(&far, &Vector3::y()) - levered).abs() < 1e-4, "{}", pose.at(&far, &Vector3::y()));
         assert!(pose.at(&opposite, &Vector3::z()) < 1e-9);
+    }
+
+    /// Two thousand parts measured with errors as they are told: the pose scatters as it is said to, whatever holds the part. A standard
+    /// deviation of 2000 values is known to 1.6 %, so that 10 % are six of its own.
+    #[test]
+    fn the_pose_scatters_over_2000_solutions_as_it_is_said_to() {
+        let (plate, plate_features) = held_by_edges();
+        let AlignmentMethod::Rps(mut locks) = plate.clone() else { panic!("rps") };
+        // Three locks more than are needed.
+        locks.push(RpsLock { feature: 4, lock: Vector3::z_axis() });
+        locks.push(RpsLock { feature: 5, lock: Vector3::z_axis() });
+        locks.push(RpsLock { feature: 3, lock: Vector3::z_axis() });
+        let [line, axis] = [SlotReading::CentreLine, SlotReading::Axis].map(plan);
+        let cases = [
+            (line.alignment.clone(), line.features.clone()),
+            (axis.alignment.clone(), axis.features.clone()),
+            (plate, plate_features.clone()),
+            (AlignmentMethod::Rps(locks), plate_features),
+        ];
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2000);
+        for (method, features) in &cases {
+            let datums = Datums { method, features, length_mm: 300.0 };
+            let values: Vec<DatumValue> = datum_indices(method)
+                .into_iter()
+                .map(|k| DatumValue::nominal(k, &features[k], unlike_errors(k, &features[k].geometry)))
+                .collect();
+            let told = pose_uncertainty(datums, &values, Point3::origin()).unwrap();
+            let places = [[150.0, 100.0, 0.0], [-150.0, 100.0, 30.0], [0.0, -100.0, 10.0]].map(Point3::from);
+            let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+            let mut sums = [[0.0; 3]; 3];
+            for _ in 0..2000 {
+                let drawn: Vec<DatumValue> = values.iter().map(|value| drawn(value, &mut rng)).collect();
+                let motion = solve(datums, &drawn, None).unwrap().motion;
+                for (sums, place) in sums.iter_mut().zip(&places) {
+                    let off = motion * place - place;
+                    sums.iter_mut().zip(&axes).for_each(|(sum, axis)| *sum += off.dot(axis).powi(2));
+                }
+            }
+            for (sums, place) in sums.iter().zip(&places) {
+                for (sum, axis) in sums.iter().zip(&axes) {
+                    let (found, told) = ((sum / 2000.0).sqrt(), told.at(place, axis));
+                    assert!((found / told - 1.0).abs() < 0.1, "{method:?} {place} {axis:?}: {found} told {told}");
+                }
+            }
+        }
+    }
+
+    /// Errors that differ from datum to datum and from direction to direction.
+    fn unlike_errors(index: usize, geometry: &Geometry) -> DatumErrors {
+        let size = 0.01 + 0.004 * index as f64;
+        let shifts = vec![Vector3::x() * size, Vector3::y() * 2.0 * size, Vector3::z() * 1.5 * size];
+        let turns = match geometry {
+            Geometry::Slot { axis, direction, .. } => {
+                vec![axis.into_inner() * 1e-3, axis.cross(direction) * 6e-4]
+            }
+            _ => Vec::new(),
+        };
+        DatumErrors { shifts, turns, ..DatumErrors::default() }
+    }
+
+    /// A datum as found once.
+    fn drawn(value: &DatumValue, rng: &mut rand_chacha::ChaCha8Rng) -> DatumValue {
+        let mut normal = |_: &Vector3| -> f64 { StandardNormal.sample(rng) };
+        let shift: Vector3 = value.errors.shifts.iter().map(|by| by * normal(by)).sum();
+        let turn: Vector3 = value.errors.turns.iter().map(|by| by * normal(by)).sum();
+        let direction = value.direction.map(|d| UnitQuaternion::from_scaled_axis(turn) * d);
+        DatumValue { position: value.position + shift, direction, ..value.clone() }
     }
 }

@@ -1,8 +1,8 @@
 //! The plan's alignment: datum features measured in the best fit, solved, measured again in the better pose until
 //! nothing moves.
 
-use super::datum::DatumError;
-use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_uncertainty, solve};
+use super::datum::{DatumError, hold_of, solve};
+use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_uncertainty};
 use super::pose::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
 use super::rounds::{Rounds, corners};
 use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
@@ -85,6 +85,7 @@ fn on_best_fit(best_fit: &BestFit) -> (FeatureAlignment, PoseUncertainty) {
         degraded: best_fit.open_face.clone().or(unfinished),
         missing: Vec::new(),
         features: Vec::new(),
+        hold: None,
     };
     (alignment, best_fit.uncertainty.clone())
 }
@@ -113,7 +114,9 @@ fn ended(
         Err(missing) => return degraded(input, best_fit, missing),
     };
     let method = method_key(&input.plan.alignment);
-    let alignment = FeatureAlignment { method, cad_from_scan: pose, degraded: None, missing: Vec::new(), features };
+    let hold = solve(datums(input), &values(input, found), None).ok().map(|held| hold_of(datums(input), &held));
+    let alignment =
+        FeatureAlignment { method, cad_from_scan: pose, degraded: None, missing: Vec::new(), features, hold };
     (alignment, uncertainty)
 }
 
@@ -264,7 +267,7 @@ fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, 
 
 /// The motion that the datums ask for.
 fn solved(input: &AlignmentInput, found: &[Found]) -> Result<Isometry3, DatumError> {
-    solve(datums(input), &values(input, found))
+    Ok(solve(datums(input), &values(input, found), None)?.motion)
 }
 
 fn uncertainty_of(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
@@ -295,6 +298,7 @@ fn degraded(input: &AlignmentInput, best_fit: &BestFit, missing: Missing) -> (Fe
         degraded: Some(missing.reason),
         missing: missing.names,
         features: report(input, &missing.found),
+        hold: None,
     };
     (alignment, PoseUncertainty::none(pivot(input)))
 }

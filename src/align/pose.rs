@@ -76,6 +76,32 @@ pub struct FeatureAlignment {
     pub missing: Vec<String>,
     /// Datum features that were measured.
     pub features: Vec<MeasuredFeature>,
+    /// How the datums hold the part, where they do.
+    pub hold: Option<DatumHold>,
+}
+
+/// How the datums hold the part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DatumHold {
+    /// How many times more strongly the best held motion is held than the weakest; turns count by what they move at the part's size.
+    pub condition: f64,
+    /// The weakest motion in words, where it is weak enough to be told.
+    pub weak: Option<String>,
+    /// What is left of each lock where there are more than six, in the plan's order.
+    pub residuals: Vec<LockResidual>,
+}
+
+/// What is left of a lock that shares in holding the part with more than it needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LockResidual {
+    /// The datum's name.
+    pub name: String,
+    /// The locked direction, CAD frame.
+    pub lock: Vector3,
+    /// Measured minus nominal along it, in the alignment.
+    pub residual_mm: f64,
+    /// The same in standard deviations of such a residual, from the datums' uncertainties; `None` where no other lock checks this one.
+    pub normalised: Option<f64>,
 }
 
 /// How well the pose is known: motions of the part, each as likely as one standard uncertainty. Independent of each other;

@@ -4,6 +4,7 @@
 
 mod determined;
 pub mod gauss_newton;
+pub mod hold;
 pub mod outcome;
 pub mod robust;
 pub mod shapes;

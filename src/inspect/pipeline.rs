@@ -4,7 +4,7 @@ use super::comparison::compare;
 use super::map::deviation_map;
 use super::result::{CloudCounts, Identity, Inspection, InspectionResult, Outcome};
 use super::verdict::of_part;
-use crate::align::{self, AlignmentInput, BestFit, align_on_plan};
+use crate::align::{self, AlignmentInput, BestFit, DatumHold, FeatureAlignment, align_on_plan};
 use crate::diagnostic::{Refusal, Stop};
 use crate::geometry::{Aabb, PointCloud};
 use crate::io::unit_guard;
@@ -103,7 +103,7 @@ fn measure_conditioned(
     run.enter(Stage::Map)?;
     let map = deviation_map(scan, part, best_fit.face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
     let verdict = of_part(&compared.points, alignment.degraded.is_some());
-    let mut warnings = warnings(scan, &best_fit, &alignment.degraded);
+    let mut warnings = warnings(scan, &best_fit, &alignment);
     warnings.extend(compared.warnings);
     warnings.extend(map.far_crowd.map(|crowd| {
         let [x, y, z]: [f64; 3] = crowd.centre.coords.into();
@@ -145,7 +145,7 @@ fn check_raw_units(cloud: &PointCloud, part: &Part) -> Result<(), Refusal> {
     suspicion.map_or(Ok(()), |s| Err(Refusal::new(s.words, s.help)))
 }
 
-fn warnings(scan: &ConditionedScan, best_fit: &BestFit, degraded: &Option<String>) -> Vec<String> {
+fn warnings(scan: &ConditionedScan, best_fit: &BestFit, alignment: &FeatureAlignment) -> Vec<String> {
     let mut warnings = scan.warnings.clone();
     if best_fit.margin < 1.5 * best_fit.margin_limit {
         warnings.push(format!(
@@ -153,8 +153,13 @@ fn warnings(scan: &ConditionedScan, best_fit: &BestFit, degraded: &Option<String
             best_fit.margin, best_fit.margin_limit
         ));
     }
-    if let Some(reason) = degraded {
+    if let Some(reason) = &alignment.degraded {
         warnings.push(format!("the map is drawn in the best fit, nothing is judged: {reason}"));
+    }
+    if let Some(DatumHold { condition, weak: Some(motion), .. }) = &alignment.hold {
+        warnings.push(format!(
+            "the datums hold the {motion} {condition:.0} times more weakly than the best held motion: what they are off comes back as much larger"
+        ));
     }
     warnings
 }

@@ -1,12 +1,13 @@
 //! `[alignment]`: which features hold the part, and whether they can.
 
-use super::freedom::hold;
-use super::nominal::{AlignmentMethod, Geometry, RpsLock, SlotReading};
+use super::nominal::{AlignmentMethod, Feature, Geometry, RpsLock, SlotReading};
 use super::reader::{Entry, TableReader, quoted};
 use super::sections::finish;
 use super::shapes::ReadFeature;
 use super::suggest::nearest;
 use super::values::{direction, short};
+use crate::fit::hold::{Named, Row, Told, Twist, WEAK_CONDITION, hold};
+use crate::geometry::{Aabb, Point3, UnitVector3};
 
 /// A hole and a slot nearer than this share a place.
 const SAME_PLACE_MM: f64 = 1.0;
@@ -70,7 +71,12 @@ fn by_features(table: &TableReader<'_>, features: &[ReadFeature]) -> Option<Alig
     let (hole, slot, point, slot_reading) = (hole?, slot?, point?, slot_reading?);
     let shapes = [hole, slot, point].map(|k| features[k].feature.as_ref().map(|f| &f.geometry));
     if let [Some(hole_shape), Some(slot_shape), Some(point_shape)] = shapes {
-        check_levers(slot_entry?, point_entry?, [hole_shape, slot_shape, point_shape], slot_reading);
+        let [hole_name, slot_name] = [hole_entry?, slot_entry?].map(|entry| entry.text().unwrap_or_default());
+        let line = match slot_reading {
+            SlotReading::CentreLine => format!("the line through {hole_name} and {slot_name}"),
+            SlotReading::Axis => format!("the line through {hole_name} along the axis of {slot_name}"),
+        };
+        check_levers(slot_entry?, point_entry?, [hole_shape, slot_shape, point_shape], slot_reading, &line);
     }
     Some(AlignmentMethod::Features { hole, slot, slot_reading, point })
 }
@@ -113,8 +119,14 @@ fn reference(entry: Entry<'_>, features: &[ReadFeature], kind: Option<&'static s
     }
 }
 
-/// Whether hole, slot and surface point hold all six motions. `shapes`: hole, slot, point.
-fn check_levers(slot_entry: Entry<'_>, point_entry: Entry<'_>, shapes: [&Geometry; 3], reading: SlotReading) {
+/// Whether hole, slot and surface point hold all six motions. `shapes`: hole, slot, point; `axis_words`: about what the last turn is.
+fn check_levers(
+    slot_entry: Entry<'_>,
+    point_entry: Entry<'_>,
+    shapes: [&Geometry; 3],
+    reading: SlotReading,
+    axis_words: &str,
+) {
     let [hole, slot, point] = shapes;
     let (hole_centre, slot_centre) = (hole.position(), slot.position());
     let line = slot_centre - hole_centre;
@@ -155,7 +167,10 @@ fn check_levers(slot_entry: Entry<'_>, point_entry: Entry<'_>, shapes: [&Geometr
     let help =
         "choose a surface point far from the line through hole and slot, on a face that this turn lifts or lowers";
     if holds < NO_LEVER_MM {
-        point_entry.wrong(format!("{}, expected at least {NO_LEVER_MM} mm: the turn stays free", words()), help);
+        point_entry.wrong(
+            format!("{}, expected at least {NO_LEVER_MM} mm: the turn about {axis_words} stays free", words()),
+            help,
+        );
     } else if holds < SHORT_LEVER_MM {
         point_entry.odd(format!("{}, expected {SHORT_LEVER_MM} mm or more", words()), help);
     }
@@ -188,23 +203,47 @@ fn by_rps(table: &TableReader<'_>, features: &[ReadFeature]) -> Option<Alignment
         table.problems().error(line, words, help);
         return None;
     }
-    let mut rows = Vec::with_capacity(locks.len());
+    let mut held = Vec::with_capacity(locks.len());
     for lock in &locks {
-        rows.push((features[lock.feature].feature.as_ref()?.geometry.position(), lock.lock));
+        held.push((features[lock.feature].feature.as_ref()?, lock.lock));
     }
-    let held = hold(&rows);
-    if !held.free.is_empty() {
-        let verb = if held.free.len() == 1 { "stays" } else { "stay" };
-        let words =
-            format!("[alignment] rps: {} {verb} free, expected all six motions to be held", held.free.join(" and "));
-        table.problems().error(line, words, "lock a direction that meets this motion, far from its axis");
-        return None;
-    }
-    if let Some((words, ratio)) = held.weak {
-        let words = format!("[alignment] rps: {words} is held {ratio:.0} times more weakly than the best held motion");
-        table.problems().warning(line, words, "spread the locked points, or lock a direction that meets this motion");
-    }
+    check_hold(table, line, &held)?;
     Some(AlignmentMethod::Rps(locks))
+}
+
+/// Whether locks hold all six motions, and how strongly; turns are told by what they move at the extent of the locked points.
+fn check_hold(table: &TableReader<'_>, line: usize, locks: &[(&Feature, UnitVector3)]) -> Option<()> {
+    let places: Vec<Point3> = locks.iter().map(|(feature, _)| feature.geometry.position()).collect();
+    let extent_mm = Aabb::of_points(&places).map_or(1.0, |bounds| bounds.diagonal()).max(1e-6);
+    let row = |(&along, &nominal): (&UnitVector3, &Point3)| Row {
+        told: Told::Point { measured: nominal, nominal, along },
+        u: 0.0,
+    };
+    let rows: Vec<Row> = locks.iter().map(|(_, lock)| lock).zip(&places).map(row).collect();
+    let names: Vec<Named> =
+        locks.iter().zip(&places).map(|((feature, _), place)| Named { name: &feature.name, place: *place }).collect();
+    let words = |motion: &Twist| motion.in_words(&names);
+    match hold(&rows, extent_mm) {
+        Err(free) => {
+            let verb = if free.len() == 1 { "stays" } else { "stay" };
+            let motions: Vec<String> = free.iter().map(|motion| format!("the {}", words(motion))).collect();
+            let message =
+                format!("[alignment] rps: {} {verb} free, expected all six motions to be held", motions.join(" and "));
+            table.problems().error(line, message, "lock a direction that meets this motion, far from its axis");
+            None
+        }
+        Ok((condition, weakest)) => {
+            if condition > WEAK_CONDITION {
+                let message = format!(
+                    "[alignment] rps: the {} is held {condition:.0} times more weakly than the best held motion",
+                    words(&weakest)
+                );
+                let help = "spread the locked points, or lock a direction that meets this motion";
+                table.problems().warning(line, message, help);
+            }
+            Some(())
+        }
+    }
 }
 
 fn rps_row(row: &TableReader<'_>, features: &[ReadFeature]) -> Option<RpsLock> {
@@ -220,7 +259,7 @@ fn rps_row(row: &TableReader<'_>, features: &[ReadFeature]) -> Option<RpsLock> {
 }
 
 /// A surface point is measured along its direction only, an edge point not along the edge: a lock elsewhere holds nothing.
-fn check_lock(entry: Entry<'_>, shape: &Geometry, lock: &crate::geometry::UnitVector3) -> Option<()> {
+fn check_lock(entry: Entry<'_>, shape: &Geometry, lock: &UnitVector3) -> Option<()> {
     let (measured, what) = match shape {
         Geometry::Surface { direction, .. } => {
             (lock.dot(direction).abs(), "a surface point is measured along its direction only")

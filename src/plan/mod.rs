@@ -9,7 +9,6 @@
 mod alignment;
 mod comparison_file;
 pub mod expected;
-mod freedom;
 mod load;
 pub mod model;
 pub mod nominal;

@@ -1,6 +1,6 @@
 //! Results made up for the tests of this module: the bracket of the design pictures and its odd relatives.
 
-use crate::align::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
+use crate::align::{BestFit, DatumHold, FeatureAlignment, MeasuredFeature, PoseUncertainty};
 use crate::diagnostic::Refusal;
 use crate::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, Vector3};
 use crate::inspect::*;
@@ -140,7 +140,14 @@ fn alignment() -> FeatureAlignment {
         feature("A1", "surface", "one rotation", [10.0, 44.0, 4.269], None, None),
     ];
     let (method, cad_from_scan) = ("features", pose());
-    FeatureAlignment { method, cad_from_scan, degraded: None, missing: Vec::new(), features }
+    FeatureAlignment {
+        method,
+        cad_from_scan,
+        degraded: None,
+        missing: Vec::new(),
+        hold: Some(DatumHold { condition: 12.5, weak: None, residuals: Vec::new() }),
+        features,
+    }
 }
 
 /// A failed bracket with every verdict and every kind in it.

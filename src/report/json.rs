@@ -5,7 +5,7 @@
 
 use super::json_layout::Layout;
 use super::words::{PROGRAM, SCHEMA};
-use crate::align::{BestFit, FeatureAlignment, MeasuredFeature};
+use crate::align::{BestFit, FeatureAlignment, LockResidual, MeasuredFeature};
 use crate::diagnostic::{Refusal, Rivals};
 use crate::geometry::Vector3;
 use crate::inspect::{Inspection, InspectionResult, MapStatistics, Outcome, PointResult};
@@ -101,7 +101,22 @@ struct AlignmentJson<'a> {
     cad_from_scan: [f64; 16],
     degraded: bool,
     reason: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    condition: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    weak: Option<&'a str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    residuals: Vec<ResidualJson<'a>>,
     features: Vec<FeatureJson<'a>>,
+}
+
+/// What is left of a lock where there are more than six.
+#[derive(Serialize)]
+struct ResidualJson<'a> {
+    name: &'a str,
+    lock: [f64; 3],
+    residual_mm: f64,
+    normalised: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -234,12 +249,25 @@ fn best_fit_json(fit: &BestFit) -> BestFitJson {
 }
 
 fn alignment_json(alignment: &FeatureAlignment) -> AlignmentJson<'_> {
+    let hold = alignment.hold.as_ref();
     AlignmentJson {
         method: alignment.method,
         cad_from_scan: alignment.cad_from_scan.row_major(),
         degraded: alignment.degraded.is_some(),
         reason: alignment.degraded.as_deref(),
+        condition: hold.map(|hold| hold.condition),
+        weak: hold.and_then(|hold| hold.weak.as_deref()),
+        residuals: hold.map_or_else(Vec::new, |hold| hold.residuals.iter().map(residual_json).collect()),
         features: alignment.features.iter().map(feature_json).collect(),
+    }
+}
+
+fn residual_json(left: &LockResidual) -> ResidualJson<'_> {
+    ResidualJson {
+        name: &left.name,
+        lock: left.lock.into(),
+        residual_mm: left.residual_mm,
+        normalised: left.normalised,
     }
 }
 
