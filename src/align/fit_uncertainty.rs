@@ -8,10 +8,12 @@
 //! large errors are, so that form deviations of the part count as well as noise, and what neighbours have in common is
 //! counted within a cell: cells are many times as wide as errors of a scan reach.
 
-use super::icp::{Beyond, Sums, centroid, pairs_of};
+use super::candidates::WEAK_MM;
+use super::icp::{Beyond, Sums, centroid, pairs_of, weakest_mm};
+use super::pose::PoseUncertainty;
 use super::rim::RimLock;
 use crate::fit::robust::tukey_weight_of_square;
-use crate::geometry::{Isometry3, Point3};
+use crate::geometry::{Aabb, Isometry3, Point3};
 use crate::part::Face;
 use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector6};
 use std::collections::BTreeMap;
@@ -35,6 +37,36 @@ pub(super) struct Ended<'a> {
 /// motion free.
 pub(super) fn pose_motions(ended: &Ended) -> Option<Vec<Isometry3>> {
     let (centre, covariance) = covariance(ended)?;
+    Some(motions_of(&centre, covariance))
+}
+
+/// What Tukey's biweight, in the width used, leaves of the information of Gaussian errors.
+const EFFICIENCY: f64 = 0.95;
+
+/// The uncertainty of a best fit to expect, before anything is measured: points spread evenly over the face, and nothing else.
+/// `height_variance_mm4`: variance of a height told by a piece of the face, times the area of that piece. `None` where the
+/// surface alone does not hold the part (its rims will have to).
+pub fn expected_best_fit(face: &Face, height_variance_mm4: f64) -> Option<PoseUncertainty> {
+    let points: Vec<Point3> = face.samples.iter().map(|sample| sample.point).collect();
+    let bounds = Aabb::of_points(&points)?;
+    let (centre, count) = (bounds.centre(), points.len() as f64);
+    let mut sums = Sums::zero();
+    for sample in &face.samples {
+        sums.add(&(sample.point - centre), &sample.normal, 0.0, 1.0);
+    }
+    let half_extent_mm = 0.5 * bounds.diagonal();
+    if weakest_mm(&sums.h, count, half_extent_mm) > WEAK_MM {
+        return None;
+    }
+    let variance_mm2 = height_variance_mm4 * count / (face.mesh.area() * EFFICIENCY);
+    let covariance = inverse_of(&sums.h, half_extent_mm)? * variance_mm2;
+    let mut known = PoseUncertainty::none(centre);
+    motions_of(&centre, covariance).into_iter().for_each(|motion| known.add(motion));
+    Some(known)
+}
+
+/// Motions along the axes of a covariance of (turn in rad, shift in mm) about a centre.
+fn motions_of(centre: &Point3, covariance: Matrix6<f64>) -> Vec<Isometry3> {
     let axes = covariance.symmetric_eigen();
     let motion = |k: usize| {
         let step = axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt();
@@ -42,7 +74,7 @@ pub(super) fn pose_motions(ended: &Ended) -> Option<Vec<Isometry3>> {
         let shift = Translation3::from(centre.coords + step.fixed_rows::<3>(3));
         Isometry3::from_parts(shift, turn) * Translation3::from(-centre.coords)
     };
-    Some((0..6).map(motion).collect())
+    (0..6).map(motion).collect()
 }
 
 /// Centre of rotation, and the covariance of (turn in rad, shift in mm) about it.

@@ -19,7 +19,8 @@ mod sampling;
 mod template;
 mod view;
 
-pub use best_fit::best_fit;
+pub use best_fit::{BEST_FIT_POINTS, best_fit};
 pub use datum_values::{DatumErrors, Datums, expected_pose_uncertainty};
+pub use fit_uncertainty::expected_best_fit;
 pub use plan_alignment::{AlignmentInput, align_on_plan};
 pub use pose::*;

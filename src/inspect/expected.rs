@@ -1,9 +1,12 @@
 //! The error of the pose to expect from a plan's datums, before anything is measured: expected errors of the datum features,
 //! pushed through the alignment itself.
 
-use crate::align::{DatumErrors, Datums, PoseUncertainty, expected_pose_uncertainty};
+use crate::align::{
+    BEST_FIT_POINTS, DatumErrors, Datums, PoseUncertainty, expected_best_fit, expected_pose_uncertainty,
+};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{UnitVector3, Vector3};
+use crate::part::Face;
 use crate::plan::expected::{Expected, OpeningStd};
 use crate::plan::{
     AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, SlotReading, UncertaintySettings,
@@ -23,49 +26,70 @@ pub struct Outlook<'a> {
     pub rig: Option<&'a Rig>,
     /// What the scans cannot show.
     pub uncertainty: UncertaintySettings,
+    /// The face that is seen: a best fit is held by all of it.
+    pub face: Option<&'a Face>,
+}
+
+/// What to expect of a comparison point: expanded uncertainties (k = 2), mm along its direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedU {
+    /// In all.
+    pub u_mm: f64,
+    /// What the point's own measurement owes.
+    pub point_mm: f64,
+    /// What the alignment owes.
+    pub pose_mm: f64,
 }
 
 impl<'a> Outlook<'a> {
     /// Of a plan.
     pub fn of(plan: &'a Plan) -> Self {
         let Plan { alignment, features, comparison, rig, uncertainty, .. } = plan;
-        Self { method: alignment, features, comparison, rig: rig.as_ref(), uncertainty: *uncertainty }
+        Self { method: alignment, features, comparison, rig: rig.as_ref(), uncertainty: *uncertainty, face: None }
     }
 
     /// Of what is sound of a plan, if that tells its alignment.
     pub fn of_draft(draft: &'a Draft) -> Option<Self> {
         let Draft { alignment, features, comparison, rig, .. } = draft;
         let uncertainty = draft.uncertainty.unwrap_or_default();
-        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref(), uncertainty })
+        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref(), uncertainty, face: None })
     }
 
     /// What the pose's error will do to each comparison point along its direction, mm (standard deviation); `None` where the
-    /// datums do not hold the part.
+    /// datums do not hold the part, and for a best fit to a face that is not known, or does not hold the part by itself.
     pub fn pose_errors_mm(&self) -> Option<Vec<f64>> {
         let pose = pose(self, self.method)?;
         Some(self.comparison.iter().map(|point| error_mm(&pose, &point.geometry)).collect())
     }
 
-    /// The expanded uncertainty (k = 2) to expect at each comparison point of a good scan, mm: the datums through the pose (a best fit
-    /// over the whole part owes next to nothing), the point's own fit, the measuring system and the edges' offset. What it leaves out
-    /// (shadows, scale, thickness seen from the other side) only adds to it. `None` where the datums do not hold the part.
+    /// The expanded uncertainty (k = 2) to expect at each comparison point of a good scan, mm. `None` where the datums do not hold
+    /// the part.
     pub fn expected_u_mm(&self) -> Option<Vec<f64>> {
-        let pose_mm = match self.method {
-            AlignmentMethod::BestFit => vec![0.0; self.comparison.len()],
+        Some(self.expected()?.iter().map(|expected| expected.u_mm).collect())
+    }
+
+    /// The same with its parts: the datums through the pose (a best fit to a face that is not known owes next to nothing), the point's
+    /// own fit, the measuring system and the edges' offset. What it leaves out (shadows, scale, thickness seen from the other
+    /// side) only adds to it.
+    pub fn expected(&self) -> Option<Vec<ExpectedU>> {
+        let pose_mm = match (self.method, self.face) {
+            (AlignmentMethod::BestFit, None) => vec![0.0; self.comparison.len()],
             _ => self.pose_errors_mm()?,
         };
         let expected = Expected::of(self.rig);
         let UncertaintySettings { system_mm, edge_offset_u_mm, .. } = self.uncertainty;
-        let u_mm = |(point, pose_mm): (&ComparisonPoint, f64)| {
-            let own = match &point.geometry {
+        let one = |(point, pose_mm): (&ComparisonPoint, f64)| {
+            let own_mm = match &point.geometry {
                 Geometry::Surface { .. } => expected.surface_mm(),
                 Geometry::Edge { .. } => expected.edge_mm().hypot(edge_offset_u_mm),
                 Geometry::Hole { diameter_mm, .. } => expected.opening(*diameter_mm, *diameter_mm).across_mm,
                 Geometry::Slot { length_mm, width_mm, .. } => expected.opening(*length_mm, *width_mm).along_mm,
             };
-            2.0 * own.hypot(pose_mm).hypot(system_mm)
+            let point_mm = 2.0 * own_mm.hypot(system_mm);
+            let pose_mm = 2.0 * pose_mm;
+            ExpectedU { u_mm: point_mm.hypot(pose_mm), point_mm, pose_mm }
         };
-        Some(self.comparison.iter().zip(pose_mm).map(u_mm).collect())
+        Some(self.comparison.iter().zip(pose_mm).map(one).collect())
     }
 }
 
@@ -127,11 +151,17 @@ pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
 /// The uncertainty of the pose to expect; `None` where the datums do not hold the part.
 fn pose(outlook: &Outlook, method: &AlignmentMethod) -> Option<PoseUncertainty> {
     let expected = Expected::of(outlook.rig);
+    if *method == AlignmentMethod::BestFit {
+        let face = outlook.face?;
+        let mm2_per_point = face.mesh.area() / BEST_FIT_POINTS as f64;
+        return expected_best_fit(face, expected.thinned_variance_mm4(mm2_per_point));
+    }
     let positions = outlook.features.iter().map(|f| f.geometry.position());
     let first = outlook.features.first()?.geometry.position();
     let length_mm = positions.map(|p| (p - first).norm()).fold(1.0, f64::max);
     let datums = Datums { method, features: outlook.features, length_mm };
-    expected_pose_uncertainty(datums, |geometry| errors(&expected, geometry)).ok()
+    let of_datum = |geometry: &Geometry| errors(&expected, geometry).with_settings(geometry, &outlook.uncertainty);
+    expected_pose_uncertainty(datums, of_datum).ok()
 }
 
 /// What to expect of one datum feature.
@@ -219,8 +249,9 @@ mod tests {
         let (name, figure) = (&plan.comparison[0].name, mm(u[0]));
         assert!(told.len() == 1 && told[0].message.contains(name) && told[0].message.contains(&figure), "{told:?}");
         plan.uncertainty.system_mm = 10.0;
-        let with_system = Outlook::of(&plan).expected_u_mm().unwrap();
-        assert!((with_system[0] - u[0].hypot(20.0)).abs() < 1e-9);
+        // At the point itself, and at the datums, which lever it.
+        let with_system = Outlook::of(&plan).expected().unwrap()[0];
+        assert!((with_system.point_mm - own.hypot(20.0)).abs() < 1e-9 && with_system.pose_mm > 10.0);
         assert_eq!(tolerance_warnings(&Outlook::of(&plan)).len(), plan.comparison.len());
         plan.alignment = AlignmentMethod::BestFit;
         plan.uncertainty.system_mm = 0.0;

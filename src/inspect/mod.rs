@@ -3,6 +3,7 @@
 pub mod comparison;
 pub mod crowd;
 mod expected;
+mod foretold;
 pub mod map;
 pub mod pipeline;
 pub mod plan_check;
@@ -10,7 +11,8 @@ pub mod result;
 mod rims;
 pub mod verdict;
 
-pub use expected::{Outlook, axis_reading_warning, tolerance_warnings};
+pub use expected::{ExpectedU, Outlook, axis_reading_warning, tolerance_warnings};
+pub use foretold::{Foretold, ForetoldPoint, Scheme, SchemeCost, foretell};
 pub use pipeline::{Inspected, inspect, refused};
 pub use plan_check::{check_against_part, check_draft};
 pub use result::*;

@@ -98,6 +98,8 @@ pub struct Expected {
     pub spacing_mm: f64,
     /// Variance of a height told by a piece of surface, times the area of that piece, mm^4.
     height_variance_mm4: f64,
+    /// Variance of a point's height that it has with no other, mm².
+    own_variance_mm2: f64,
 }
 
 impl Expected {
@@ -108,7 +110,17 @@ impl Expected {
         let (share, reach) = COMMON;
         // Own errors average out over the points of the piece, common ones over the areas in which they are common.
         let area = (1.0 - share) + share * 2.0 * PI * reach * reach;
-        Self { spacing_mm, height_variance_mm4: noise_mm * noise_mm * area * spacing_mm * spacing_mm }
+        Self {
+            spacing_mm,
+            height_variance_mm4: noise_mm * noise_mm * area * spacing_mm * spacing_mm,
+            own_variance_mm2: (1.0 - share) * noise_mm * noise_mm,
+        }
+    }
+
+    /// Variance of a height told by a piece of surface, times the area of that piece, where only one point in so much surface is
+    /// looked at, mm^4.
+    pub fn thinned_variance_mm4(&self, mm2_per_point: f64) -> f64 {
+        self.height_variance_mm4 + self.own_variance_mm2 * (mm2_per_point - self.spacing_mm * self.spacing_mm).max(0.0)
     }
 
     /// Of a slot; a hole is a slot as long as wide. Height and tilt come from a ring of sheet around it.

@@ -8,6 +8,7 @@ pub mod atomic;
 pub mod csv;
 #[cfg(test)]
 pub mod example;
+mod foretold;
 pub mod json;
 mod json_layout;
 pub mod manifest;
@@ -20,6 +21,7 @@ pub mod words;
 
 pub use ascii::ascii;
 pub use csv::csv;
+pub use foretold::foretold;
 pub use json::json;
 pub use pdf::{MapScene, pdf};
 pub use ply::ply;

@@ -4,8 +4,8 @@
 use super::examine::{prepare_cad, prepare_part, settings_for};
 use super::results::ending_of;
 use crate::diagnostic::{Diagnostic, ReadError};
-use crate::inspect::{Outlook, axis_reading_warning, check_draft, tolerance_warnings};
-use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
+use crate::inspect::{Foretold, Outlook, axis_reading_warning, check_draft, foretell, tolerance_warnings};
+use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat, Side};
 use crate::report::{atomic, sequence};
 use crate::run::{Cancelled, RunContext};
 use std::fs;
@@ -27,6 +27,19 @@ pub fn check_plan(path: &Path, run: &RunContext) -> Result<Vec<Diagnostic>, Canc
     };
     found.sort_by_key(|d| (rank(d), d.line));
     Ok(found)
+}
+
+/// What can be expected of a plan's measurements before anything is measured; `None` where the plan does not tell how the part is held,
+/// has no comparison points, or its datums (of a best fit: the surface alone) do not hold the part.
+pub fn foretell_plan(path: &Path, run: &RunContext) -> Result<Option<Foretold>, Cancelled> {
+    let Loaded { plan, draft, .. } = plan::load(path);
+    let part = match plan.map(|plan| prepare_part(&plan, run)) {
+        Some(Err(ReadError::Cancelled(cancelled))) => return Err(cancelled),
+        Some(Ok((part, _))) => Some(part),
+        Some(Err(_)) | None => None,
+    };
+    let face = part.as_ref().map(|part| part.face(Side::Top));
+    Ok(Outlook::of_draft(&draft).and_then(|outlook| foretell(&Outlook { face, ..outlook })))
 }
 
 /// Warnings of an alignment that will hold the part poorly, and of tolerances that cannot be judged, with their places.

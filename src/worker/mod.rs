@@ -15,7 +15,7 @@ pub mod sequence;
 pub mod watch;
 mod words;
 
-pub use check::check_plan;
+pub use check::{check_plan, foretell_plan};
 pub use examine::{part_settings, prepare_part};
 pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
 pub use sequence::run_sequence;

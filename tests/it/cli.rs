@@ -113,6 +113,26 @@ fn a_plan_with_warnings_only_ends_check_with_1() {
     assert!(check.stdout.contains("3 warnings"), "{check:?}");
 }
 
+#[test]
+fn check_expected_tells_u_at_every_point_and_what_other_datums_cost() {
+    let project = Project::new();
+    let plain = project.run(["check", "demo.toml"]);
+    let told = project.run(["check", "demo.toml", "--expected"]);
+    assert_eq!((plain.code, told.code), (Some(0), Some(0)), "{told:?}");
+    let lines: Vec<&str> = told.stdout.lines().collect();
+    let points = (1..=10).map(|k| format!("P{k:02}")).filter(|name| lines.iter().any(|l| l.starts_with(name))).count();
+    assert_eq!(points, 10, "{}", told.stdout);
+    for words in ["mm between points", "U / half tolerance", "(this plan)", "slot_reading = \"axis\"", "best_fit"] {
+        assert!(told.stdout.contains(words), "{words}: {}", told.stdout);
+    }
+    let share = |line: &&str| line.strip_suffix(" %").and_then(|l| l.rsplit(' ').next()).and_then(|n| n.parse().ok());
+    let shares: Vec<f64> = lines.iter().filter_map(share).collect();
+    assert!(shares.len() > 10 && shares.is_sorted_by(|a, b| a >= b), "{shares:?}");
+    assert_eq!(lines.last(), Some(&"no problems"));
+    project.change_plan(&[("upper_mm = 0.5", "upper_mm = -0.6")]);
+    project.run(["check", "demo.toml", "--expected"]).assert_ended(2, &["upper_mm"]);
+}
+
 /// Whatever is wrong with one part of a plan, the others are looked at, also against the CAD.
 #[test]
 fn a_dozen_problems_of_all_sorts_are_told_at_once_in_order() {

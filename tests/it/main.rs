@@ -8,6 +8,7 @@ mod best_fit_alignment;
 mod cad_sides;
 mod cli;
 mod flat_plate;
+mod foretold;
 mod forged_cache;
 mod layers;
 mod measure_accuracy;
