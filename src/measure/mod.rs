@@ -19,6 +19,7 @@ pub mod hole;
 mod layer;
 mod opening;
 mod patch;
+mod place;
 mod rim;
 mod sight;
 pub mod slot;

@@ -13,9 +13,9 @@ use super::bend::{Bend, fit_bend};
 use super::frame::{FeatureFrame, clear_of_belt};
 use super::layer::{Layer, fit_layer, most_frequent_height};
 use super::patch::{CadPatch, FINE_MM, face_height};
-use super::sight::{check_in_sight, is_of_another_wall, own_heights};
+use super::place::{Place, noise_mm};
+use super::sight::{check_in_sight, own_heights};
 use super::{Local, NotFound};
-use crate::fit::robust::median;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
 /// A point of the surface as found. CAD frame, on the CAD's own face.
@@ -27,8 +27,8 @@ pub struct SurfaceFound {
     pub normal: Vector3,
     /// Along the plan's direction.
     pub deviation_mm: f64,
-    /// k = 1, from the scatter of the points, what neighbours' errors have in common, and what the middle of the window stands
-    /// off the fitted surface.
+    /// k = 1, from the scatter of the points, what neighbours' errors have in common, and what the middle of the window and the
+    /// points at the place itself stand off the fitted surface.
     pub standard_uncertainty_mm: f64,
     /// Radius of the window.
     pub window_mm: f64,
@@ -68,8 +68,10 @@ pub fn surface(
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
     check_in_sight(local, &frame, &[[0.0; 2]])?;
-    let core = Core::gather(local, &frame, search_mm)?;
-    let found = in_shrinking_windows(local, &frame, &core, search_mm)?;
+    let wanted_mm = window_radius(local, &frame.seen);
+    let place = Place::gather(local, &frame, wanted_mm, search_mm)?;
+    place.check_gaps(wanted_mm, &|p| face_height(local, &frame, p, search_mm + 2.0).is_some())?;
+    let found = in_shrinking_windows(local, &frame, &place, wanted_mm, search_mm)?;
     clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;
     Ok(found)
 }
@@ -78,10 +80,10 @@ pub fn surface(
 fn in_shrinking_windows(
     local: &Local,
     frame: &FeatureFrame,
-    core: &Core,
+    place: &Place,
+    wanted_mm: f64,
     search_mm: f64,
 ) -> Result<SurfaceFound, NotFound> {
-    let wanted_mm = window_radius(local, &frame.seen);
     let smallest_mm = SMALLEST_MM.max(SMALLEST_SPACINGS * local.scan.spacing_mm);
     let mut window = Window::with_points(local, frame, wanted_mm, search_mm);
     // A window that had to grow has no points to spare for a smaller one.
@@ -89,7 +91,7 @@ fn in_shrinking_windows(
     loop {
         let smaller_mm = SHRINK * window.radius_mm;
         let last = grown || smaller_mm < smallest_mm;
-        match measure_in(frame, &window, core) {
+        match measure_in(frame, &window, place) {
             Ok((found, lack)) if last || !lack.beyond_chance => {
                 let standard_uncertainty_mm = found.standard_uncertainty_mm.hypot(lack.mean_mm);
                 return Ok(SurfaceFound { standard_uncertainty_mm, ..found });
@@ -97,56 +99,6 @@ fn in_shrinking_windows(
             Err(not) if last => return Err(not),
             _ => window = Window::gather(local, frame, smaller_mm, search_mm),
         }
-    }
-}
-
-/// What was measured at the place itself, whatever its height. The window around it may be full of good sheet while the
-/// place is a hole, a pit or a bump: the many around it must not answer for it.
-struct Core {
-    /// (u, v, w) of every point, also of those too far off to be looked at by the fit.
-    points: Vec<[f64; 3]>,
-}
-
-/// The place itself: its radius in mm, and in spacings at least.
-const CORE_MM: f64 = 1.0;
-const CORE_SPACINGS: f64 = 2.0;
-/// Points that must stand there: a quarter of what the scan's density promises (a face that leans by 60 degrees gets half
-/// of it, and noise takes some), and this many.
-const CORE_NEEDED: usize = 4;
-const CORE_FILLED: f64 = 0.25;
-/// Share of them that must lie on the surface as fitted, within this many of its standard deviations.
-const CORE_AGREES: f64 = 0.6;
-const CORE_SIGMAS: f64 = 3.5;
-/// How far beyond the search points at the place still speak against the surface around it, mm.
-const CORE_BEYOND_MM: f64 = 4.0;
-
-impl Core {
-    fn gather(local: &Local, frame: &FeatureFrame, search_mm: f64) -> Result<Self, NotFound> {
-        let h = local.scan.spacing_mm;
-        let reach = CORE_MM.max(CORE_SPACINGS * h);
-        let mut points = frame.gather(local, [0.0, 0.0], reach, search_mm + CORE_BEYOND_MM);
-        // Heights are told from the place, not from the face: within the reach it may rise by as much as twice that.
-        points.retain(|p| !is_of_another_wall(local, frame, p, p[2], 2.0 * reach));
-        let expected = std::f64::consts::PI * (reach / h).powi(2);
-        let needed = ((CORE_FILLED * expected) as usize).max(CORE_NEEDED);
-        if points.len() < needed {
-            return Err(NotFound::new(
-                format!("{} points stand at the place itself, within {reach:.1} mm, {needed} are needed", points.len()),
-                points.len(),
-            ));
-        }
-        Ok(Self { points })
-    }
-
-    /// Whether the surface as fitted is the one at the place.
-    fn check(&self, patch: &CadPatch, middle: &Middle, found: usize) -> Result<(), NotFound> {
-        let mut off: Vec<f64> = self.points.iter().map(|p| patch.residual(p) - middle.height_at(p[0], p[1])).collect();
-        let near = off.iter().filter(|r| r.abs() <= CORE_SIGMAS * middle.sigma_mm).count();
-        if near as f64 >= CORE_AGREES * off.len() as f64 {
-            return Ok(());
-        }
-        let step = median(&mut off).unwrap_or(0.0);
-        Err(NotFound::new(format!("the points at the place itself stand {step:+.2} mm off those around it"), found))
     }
 }
 
@@ -214,7 +166,7 @@ fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, s
 }
 
 /// The surface as found, and what the middle of the window stands off it.
-fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(SurfaceFound, Lack), NotFound> {
+fn measure_in(frame: &FeatureFrame, window: &Window, place: &Place) -> Result<(SurfaceFound, Lack), NotFound> {
     let (points, patch, radius) = (&window.points, &window.patch, window.radius_mm);
     if points.len() < NEEDED {
         return Err(NotFound::too_few(points.len(), NEEDED));
@@ -232,7 +184,7 @@ fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(Sur
         ));
     }
     let (middle, lack) = middle(points, &layer, radius);
-    core.check(patch, &middle, points.len())?;
+    let u_place_mm = place.check_height(patch, &|u, v| middle.height_at(u, v), noise_mm(points))?;
     let deviation_mm = middle.height_mm + patch.at_origin();
     let cad = patch.slopes();
     let slope = [middle.slope[0] + cad[0], middle.slope[1] + cad[1]];
@@ -240,7 +192,7 @@ fn measure_in(frame: &FeatureFrame, window: &Window, core: &Core) -> Result<(Sur
         position: frame.on_own_face([0.0, 0.0, deviation_mm]),
         normal: frame.vector([-slope[0], -slope[1], 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm: middle.standard_uncertainty_mm,
+        standard_uncertainty_mm: middle.standard_uncertainty_mm.hypot(u_place_mm),
         window_mm: radius,
         rms_mm: middle.rms_mm,
         points_used: middle.points,
