@@ -4,6 +4,7 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
+use super::edge_place::{EdgeAtPlace, deep_mm, edge_at_place};
 use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
@@ -25,7 +26,7 @@ pub struct EdgeFound {
     pub normal: Vector3,
     /// Along the plan's outward direction, the calibrated edge offset taken out.
     pub deviation_mm: f64,
-    /// k = 1, from the scatter of the points alone.
+    /// k = 1, from the scatter of the points, and what the edge at the place itself lies off the one beside it.
     pub standard_uncertainty_mm: f64,
     /// k = 1 of the sheet's height at the edge, along `normal`, from the scatter of the points alone.
     pub u_height_mm: f64,
@@ -47,6 +48,8 @@ const BESIDE_MM: f64 = 5.0;
 const BESIDE_WIDER_MM: f64 = 1.5;
 /// The CAD's edge is followed from the nominal place until it has turned by this slope.
 const MAX_SLOPE: f64 = 0.35;
+/// An edge that is turned by more than this against the CAD's is half one edge and half another: that of a notch.
+const MOST_TURNED: f64 = 0.25;
 /// Clutter beyond the edge above which a warning is due, and above which there is no edge.
 const CLUTTER: [f64; 2] = [0.05, 0.4];
 
@@ -97,6 +100,12 @@ pub fn edge(
     let sheet = on_sheet(&layer, gate, &strip);
     let fit = final_fit(&sheet, &strip, rough, h)?;
     check(&fit, &sheet, search_mm)?;
+    // A notch or a tab reaches further than what the fit looks at.
+    let further = deep_mm(h) + h;
+    let deep_strip = strip_along_edge(&frame, &rims, half, further - rough, further + rough, h);
+    let deep_strip = deep_strip.as_ref().unwrap_or(&strip);
+    let u_place =
+        u_at_place(&fit, [wide, wide + BENT_MM].map(|gate| on_sheet(&layer, [gate; 2], deep_strip)), deep_strip)?;
     let spacing = fit.density_per_mm2.sqrt().recip();
     let offset = fit.outline.offset;
     // The fit tells the edge from the CAD's own, whose place may differ from the nominal one.
@@ -117,12 +126,31 @@ pub fn edge(
         position: frame.on_own_face([0.0, deviation_mm, w]),
         normal: frame.vector([-eu, -ev, 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm: u_fit.hypot(SHARPNESS_U * spacing).hypot(u_gate),
+        standard_uncertainty_mm: u_fit.hypot(SHARPNESS_U * spacing).hypot(u_gate).hypot(u_place),
         u_height_mm,
         rms_mm: layer.rms_mm,
         points_used: fit.points,
         warning,
     })
+}
+
+/// A tab may be bent off the sheet by this much and is still looked for, mm.
+const BENT_MM: f64 = 0.8;
+
+/// Sees to it that the edge at the place is that beside it, for each of these sets of points: of the sheet alone, so that nothing below
+/// it fills a notch, and of what is around it, where a tab may be bent. Tells what they leave uncertain, mm.
+fn u_at_place(fit: &SoftEdgeFit<Edge>, sheets: [Vec<[f64; 2]>; 2], strip: &Strip) -> Result<f64, NotFound> {
+    let mut left_mm = 0.0_f64;
+    for sheet in &sheets {
+        match edge_at_place(fit, sheet, strip.along, [-strip.inner, strip.outer]) {
+            EdgeAtPlace::Same(mm) => left_mm = left_mm.max(mm.abs()),
+            EdgeAtPlace::Other(mm) => {
+                let reason = format!("the edge at the place itself lies {mm:+.1} mm off the edge beside it");
+                return Err(NotFound::new(reason, fit.points));
+            }
+        }
+    }
+    Ok(left_mm)
 }
 
 /// The direction in which the sheet's thickness lies: the plan's normal. Where that leans away from the CAD's by more than a
@@ -143,6 +171,8 @@ struct Strip {
     along: [f64; 2],
     inner: f64,
     outer: f64,
+    /// A shorter strip tells no edge.
+    least_length: f64,
     /// The CAD's edge, u ascending.
     edge: Vec<Uvw>,
 }
@@ -201,7 +231,8 @@ fn strip_along_edge(
     };
     let (edge, taken) = follow(&rims[own], start, half);
     let along = [edge.first().map_or(0.0, |p| p[0]).max(-half), edge.last().map_or(0.0, |p| p[0]).min(half)];
-    let mut strip = Strip { along, inner, outer, edge };
+    let least = (6.0 * spacing_mm).max(1.5);
+    let mut strip = Strip { along, inner, outer, least_length: least, edge };
     for (r, rim) in rims.iter().enumerate() {
         for (k, p) in rim.places.iter().enumerate() {
             if (r != own || !taken[k]) && !is_behind(frame, &strip, p) {
@@ -209,7 +240,6 @@ fn strip_along_edge(
             }
         }
     }
-    let least = (6.0 * spacing_mm).max(1.5);
     let length = strip.along[1] - strip.along[0];
     if length < least || strip.along[0] > 0.0 || strip.along[1] < 0.0 {
         return Err(NotFound::new(
@@ -281,7 +311,9 @@ fn keep_clear(strip: &mut Strip, p: [f64; 2]) {
     let by_along = if u > 0.0 { (strip.along[1] - 0.9 * u) / length } else { (0.9 * u - strip.along[0]) / length };
     let by_across = if v < 0.0 { (strip.inner + 0.6 * v) / across } else { (strip.outer - 0.6 * v) / across };
     let near_edge = v.abs() < 0.25 * strip.inner;
-    if near_edge || by_along < by_across {
+    // Many small cuts along must not eat the strip up to the place: it is told by what stands on both sides of it.
+    let at_place = 0.9 * u.abs() < 0.5 * strip.least_length;
+    if near_edge || (by_along < by_across && !at_place) {
         if u > 0.0 { strip.along[1] = 0.9 * u } else { strip.along[0] = 0.9 * u }
     } else if v < 0.0 {
         strip.inner = -0.6 * v;
@@ -447,6 +479,10 @@ fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64) -> Result<
     if fit.clutter > CLUTTER[1] {
         return not(format!("no edge within ±{search_mm:.1} mm: the points go on past it"));
     }
+    if fit.outline.slope.abs() > MOST_TURNED {
+        let angle = fit.outline.slope.atan().to_degrees().abs();
+        return not(format!("the edge found is turned by {angle:.0}° against the CAD's"));
+    }
     let covered = covered_share(sheet, &fit.outline, spacing);
     if covered < LEAST_COVERED {
         return not(format!(
@@ -458,23 +494,5 @@ fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64) -> Result<
     if !fit.converged {
         return not("the search for the edge did not settle".to_owned());
     }
-    if !is_edge_of_the_place(fit, sheet, spacing) {
-        return not("the edge at the place itself lies off the edge beside it".to_owned());
-    }
     Ok(())
-}
-
-/// Whether there is sheet right inside the edge at the place itself, and none right outside: a notch there must not be
-/// outvoted by the edge on both sides of it.
-fn is_edge_of_the_place(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], spacing: f64) -> bool {
-    // Half the width of the place, and how far inwards and outwards from the edge is looked, mm.
-    let (half, deep) = ((1.5 * spacing).max(1.0), (3.0 * spacing).max(1.2));
-    let at_place = |p: &&[f64; 2]| p[0].abs() <= half;
-    let share = |low: f64, high: f64| {
-        let count =
-            sheet.iter().filter(at_place).filter(|p| (low..high).contains(&(p[1] - fit.outline.offset))).count();
-        count as f64 / (2.0 * half * (high - low) * fit.density_per_mm2)
-    };
-    // A notch that reaches over two thirds of the depth leaves less than a third of the usual density inside the edge.
-    share(-deep, 0.0) >= 1.0 / 3.0 && share(0.5 * spacing, deep) <= 0.5
 }

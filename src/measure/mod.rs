@@ -13,6 +13,7 @@
 mod bend;
 mod chance;
 pub mod edge;
+mod edge_place;
 pub mod frame;
 mod gap;
 pub mod hole;
