@@ -328,6 +328,7 @@ fn report_one(input: &AlignmentInput, one: &Found) -> MeasuredFeature {
         nominal_length_mm,
         points_used: 0,
         rms_mm: 0.0,
+        warning: None,
     };
     match one {
         Found::Hole(_, hole) => MeasuredFeature {
@@ -335,6 +336,7 @@ fn report_one(input: &AlignmentInput, one: &Found) -> MeasuredFeature {
             diameter_mm: Some(hole.diameter_mm),
             points_used: hole.points_used,
             rms_mm: hole.rms_mm,
+            warning: hole.warning.clone(),
             ..blank
         },
         Found::Slot(_, slot) => MeasuredFeature {
@@ -344,6 +346,7 @@ fn report_one(input: &AlignmentInput, one: &Found) -> MeasuredFeature {
             length_mm: Some(slot.length_mm),
             points_used: slot.points_used,
             rms_mm: slot.rms_mm,
+            warning: slot.warning.clone(),
             ..blank
         },
         Found::Surface(_, surface) => {
@@ -353,6 +356,7 @@ fn report_one(input: &AlignmentInput, one: &Found) -> MeasuredFeature {
             direction: Some(outwards.into_inner()),
             points_used: edge.points_used,
             rms_mm: edge.rms_mm,
+            warning: edge.warning.clone(),
             ..blank
         },
     }

@@ -60,6 +60,8 @@ pub struct MeasuredFeature {
     pub points_used: usize,
     /// Residual scale of the fit.
     pub rms_mm: f64,
+    /// What somebody should know of it.
+    pub warning: Option<String>,
 }
 
 /// The alignment to which all deviations refer.

@@ -153,6 +153,9 @@ fn warnings(scan: &ConditionedScan, best_fit: &BestFit, alignment: &FeatureAlign
             best_fit.margin, best_fit.margin_limit
         ));
     }
+    let of_datums =
+        alignment.features.iter().filter_map(|f| Some(format!("datum {}: {}", f.name, f.warning.as_ref()?)));
+    warnings.extend(of_datums);
     if let Some(reason) = &alignment.degraded {
         warnings.push(format!("the map is drawn in the best fit, nothing is judged: {reason}"));
     }

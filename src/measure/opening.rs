@@ -137,7 +137,8 @@ pub fn measure_opening<O: Opening>(
     let [u, v] = fit.outline.centre();
     let around: Vec<f64> = ring(nominal, RIM_MM).iter().map(cad).collect();
     let cad_mm = off_face_mm(&patch, &around) + patch.rise(u, v);
-    Ok(OpeningFound { fit, layer, slopes, sight, cad_mm, spacing_mm, warning: warning::<O>(inside) })
+    let warning = warning(&fit.outline, nominal, inside);
+    Ok(OpeningFound { fit, layer, slopes, sight, cad_mm, spacing_mm, warning })
 }
 
 /// How far the face is from a nominal centre, given the heights of the face `around` the opening.
@@ -353,11 +354,20 @@ const FILLED: [f64; 2] = [0.05, 0.4];
 /// That many points inside may be chance, whatever share they are.
 const FEW_INSIDE: f64 = 3.0;
 
-/// The words for an opening that is not as empty as it should be.
-fn warning<O: Opening>(inside: Inside) -> Option<String> {
-    (inside.share > FILLED[0] && inside.points > FEW_INSIDE).then(|| {
-        format!("points stand inside this {} ({:.0} % of the density of the sheet)", O::WORD, 100.0 * inside.share)
-    })
+/// Share of its smallest size by which an opening may be larger or smaller than its nominal without a warning; the check of a plan
+/// against the CAD warns at the same.
+const OTHER_SIZE: f64 = 0.1;
+
+/// The words for an opening that is not as empty as it should be, or not of the size that it should have.
+fn warning<O: Opening>(found: &O, nominal: &O, inside: Inside) -> Option<String> {
+    let word = O::WORD;
+    let filled = (inside.share > FILLED[0] && inside.points > FEW_INSIDE).then(|| {
+        format!("points stand inside this {word} ({:.0} % of the density of the sheet)", 100.0 * inside.share)
+    });
+    let other = (found.size_difference_mm(nominal) > OTHER_SIZE * nominal.least_size_mm())
+        .then(|| format!("this {word} is {}, nominally {}", found.sizes_in_words(), nominal.sizes_in_words()));
+    let told: Vec<String> = [filled, other].into_iter().flatten().collect();
+    (!told.is_empty()).then(|| told.join("; "))
 }
 
 /// Is the gap more than chance leaves between points of closed sheet?

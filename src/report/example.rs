@@ -97,6 +97,7 @@ fn feature(
         nominal_length_mm: length.map(|l| l.1),
         points_used: 212,
         rms_mm: 0.061,
+        warning: None,
     }
 }
 
