@@ -12,6 +12,7 @@ mod foretold;
 mod forged_cache;
 mod layers;
 mod measure_accuracy;
+mod measure_hostile;
 mod nist_fits;
 mod pose_sweep;
 mod project;
