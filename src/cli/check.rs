@@ -2,6 +2,7 @@
 
 use super::{Exit, terminal};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::plan;
 use crate::report;
 use crate::run::{Cancelled, RunContext};
 use crate::worker::{check_plan, foretell_plan};
@@ -25,6 +26,9 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Exit, Diagnostic> {
     let warnings = problems.len() - errors;
     for problem in &problems {
         terminal::error(problem);
+    }
+    if let Some(rig) = plan::load(&arguments.plan).draft.rig {
+        terminal::line(format!("rig: {}", rig.figures()));
     }
     if arguments.expected {
         match foretell_plan(&arguments.plan, &RunContext::silent()).map_err(stopped)? {

@@ -25,6 +25,7 @@
 //! they do to the pose is computed where the alignment is (`inspect/expected.rs`).
 
 use super::model::Rig;
+use super::rig::SHARED_DEPTH_VARIANCE;
 use std::f64::consts::PI;
 
 /// Point spacing in mm of the SIVPRO system (Bergström et al., "Automatic in-line inspection of shape based on
@@ -34,19 +35,9 @@ pub const PAPER_SPACING_MM: f64 = 0.168;
 /// Variance times length of outline, in units of h³; derived in the module's head.
 const OUTLINE_VARIANCE: f64 = 0.10 * 0.10 * 3.0 / PAPER_SPACING_MM;
 
-impl Rig {
-    /// Distance in mm between neighbouring points on a part that faces the cameras: a pixel seen through the lens,
-    /// `distance / focal * pixel`, doubled by each level of resolution after the first (the paper's second level has a quarter of the
-    /// pixels, half of them in each direction).
-    pub fn point_spacing_mm(&self) -> f64 {
-        let halvings = self.resolution_level.saturating_sub(1).min(30);
-        self.distance_mm / self.focal_mm * self.pixel_um * 1e-3 * f64::from(1_u32 << halvings)
-    }
-}
-
 /// Point spacing to expect, mm: from the rig, else the paper's.
 pub fn point_spacing_mm(rig: Option<&Rig>) -> f64 {
-    rig.map_or(PAPER_SPACING_MM, Rig::point_spacing_mm)
+    rig.map_or(PAPER_SPACING_MM, Rig::ground_pixel_mm)
 }
 
 /// Standard deviation in rad of the direction of a slot's long axis; `length_mm` is the overall length.
@@ -65,16 +56,6 @@ pub fn slot_centre_std_mm(length_mm: f64, width_mm: f64, spacing_mm: f64) -> (f6
 
 /// Standard deviation of the heights of single points, mm, that goes with `PAPER_SPACING_MM`.
 const PAPER_HEIGHT_NOISE_MM: f64 = 0.12;
-/// Share of their variance that neighbouring points have in common, and how far that reaches (`l` in exp(-d² / 2 l²)), in
-/// spacings: image patches that are matched overlap.
-const COMMON: (f64, f64) = (0.2, 3.0);
-
-impl Rig {
-    /// Standard deviation of the height of a point, mm: the accuracy of matching, seen under the cameras' angle.
-    fn height_noise_mm(&self) -> f64 {
-        self.image_accuracy_px * self.point_spacing_mm() * self.distance_mm / self.base_mm
-    }
-}
 
 /// What to expect of an opening, standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,13 +87,14 @@ impl Expected {
     /// From the rig, else from the paper's figures.
     pub fn of(rig: Option<&Rig>) -> Self {
         let spacing_mm = point_spacing_mm(rig);
-        let noise_mm = rig.map_or(PAPER_HEIGHT_NOISE_MM, Rig::height_noise_mm);
-        let (share, reach) = COMMON;
+        let noise_mm = rig.map_or(PAPER_HEIGHT_NOISE_MM, Rig::depth_accuracy_mm);
+        let correlation_mm = rig.unwrap_or(&Rig::PAPER).correlation_length_mm();
+        let share = SHARED_DEPTH_VARIANCE;
         // Own errors average out over the points of the piece, common ones over the areas in which they are common.
-        let area = (1.0 - share) + share * 2.0 * PI * reach * reach;
+        let area_mm2 = (1.0 - share) * spacing_mm * spacing_mm + share * 2.0 * PI * correlation_mm * correlation_mm;
         Self {
             spacing_mm,
-            height_variance_mm4: noise_mm * noise_mm * area * spacing_mm * spacing_mm,
+            height_variance_mm4: noise_mm * noise_mm * area_mm2,
             own_variance_mm2: (1.0 - share) * noise_mm * noise_mm,
         }
     }
@@ -174,23 +156,6 @@ mod tests {
         let (hole, other) = slot_centre_std_mm(8.0, 8.0, h);
         assert_eq!(hole, other);
         assert!((hole / (0.046 * h) - 1.0).abs() < 0.25, "{hole}");
-    }
-
-    #[test]
-    fn the_rig_of_the_paper_has_the_spacing_of_the_paper() {
-        let rig = |resolution_level: u32| Rig {
-            distance_mm: 600.0,
-            base_mm: 200.0,
-            focal_mm: 35.0,
-            pixel_um: 4.88,
-            image_accuracy_px: 0.3,
-            resolution_level,
-        };
-        // The paper rounds to 1 µm.
-        assert!((rig(2).point_spacing_mm() - PAPER_SPACING_MM).abs() < 1e-3);
-        for level in 1..16 {
-            assert_eq!(rig(level + 1).point_spacing_mm(), 2.0 * rig(level).point_spacing_mm());
-        }
     }
 
     #[test]

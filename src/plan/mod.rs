@@ -15,6 +15,7 @@ pub mod nominal;
 mod notation;
 mod problems;
 mod reader;
+pub mod rig;
 mod sections;
 mod shapes;
 mod suggest;

@@ -1,12 +1,10 @@
 //! The measuring rig: four cameras above a conveyor belt, and what they do to a surface.
 
 use crate::geometry::UnitVector3;
-use crate::plan::Plan;
+use crate::plan::rig::SHARED_DEPTH_VARIANCE;
+use crate::plan::{Plan, Rig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-
-/// Ground pixel of the paper's clouds: 600 / 35 * 0.00488 mm, twice for the second level.
-const PAPER_PIXEL_MM: f64 = 0.167_314;
 
 /// How the places on the surface are chosen, seen along the viewing direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,19 +122,18 @@ impl RigModel {
         }
     }
 
-    /// The rig that a plan describes: ground pixel d/f p, in the plane the image accuracy times that, in depth d/b times as
-    /// much again; the density per pixel and the correlation in pixels are those of the paper's cloud. Belt colour and
-    /// viewing direction are the plan's, too.
+    /// The rig that a plan describes, by the formulas of [`crate::plan::rig`]: noise in the plane and in depth are its accuracies, the
+    /// density is that of the paper's cloud for a pixel of the paper's size. Belt colour and viewing direction are the plan's, too.
     pub fn of_plan(plan: &Plan) -> Self {
         let mut model = Self::default();
         if let Some(rig) = &plan.rig {
-            let pixel = rig.point_spacing_mm();
-            let pixels = pixel / PAPER_PIXEL_MM;
+            let pixels = rig.ground_pixel_mm() / Rig::PAPER.ground_pixel_mm();
             let density = model.density_per_mm2 / (pixels * pixels);
             model = model.with_density(density);
-            model.correlation_length_mm *= pixels;
-            model.noise_plane_mm = rig.image_accuracy_px * pixel;
-            model.noise_depth_mm = model.noise_plane_mm * rig.distance_mm / rig.base_mm;
+            model.correlation_length_mm = rig.correlation_length_mm();
+            model.depth_correlated_variance_share = SHARED_DEPTH_VARIANCE;
+            model.noise_plane_mm = rig.planar_accuracy_mm();
+            model.noise_depth_mm = rig.depth_accuracy_mm();
             (model.distance_mm, model.base_mm) = (rig.distance_mm, rig.base_mm);
         }
         if let Some(colour) = plan.background.belt_colours.first() {
