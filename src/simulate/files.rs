@@ -1,6 +1,7 @@
 //! Scans as files, each with its truth beside it; and the `simulate` command.
 
-use super::displacement::draw_springback;
+use super::displacement::{DisplacementField, draw_springback};
+use super::drawn::Drawn;
 use super::placing::PoseChoice;
 use super::rig::RigModel;
 use super::scan::{SimulatedScan, simulate_scan};
@@ -10,7 +11,7 @@ use crate::geometry::{LengthUnit, Point3};
 use crate::io::write_ply_cloud;
 use crate::part::Part;
 use crate::plan::{Plan, Side};
-use crate::run::RunContext;
+use crate::run::{Cancelled, RunContext};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -44,25 +45,50 @@ pub(super) fn whole(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io:
     written
 }
 
-/// Scan number `index` (from 0) of a series: the plan's CAD with everyday springback and twist, either side up, anywhere on
-/// the belt. The seed and the index alone decide what comes out.
-pub fn scan_of_series(
-    plan: &Plan,
-    part: &Part,
-    seed: u64,
-    index: u64,
-    run: &RunContext,
-) -> Result<SimulatedScan, ReadError> {
-    let seed = one_of_series(seed, index);
-    let field = draw_springback(seed, EVERYDAY_SPRINGBACK_MM, &part.bounds);
-    let subject = Subject::from_plan(plan, part, field);
-    let side = if seed & 1 == 0 { Side::Top } else { Side::Bottom };
-    let resting = part.resting_poses.iter().find(|p| p.side == side);
-    let mut pose = PoseChoice::side(&subject, side);
-    if let Some(resting) = resting {
-        pose.up_cad = resting.up_cad;
+/// Scans of a plan's part: the plan's CAD with springback and twist, either side up, anywhere on the belt, with the errors that
+/// the plan's `[uncertainty]` states drawn for each.
+#[derive(Debug, Clone)]
+pub struct Series<'a> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// Its CAD.
+    pub part: &'a Part,
+    /// What measures it.
+    pub rig: RigModel,
+    /// Springback and twist at the ends are of this order; 0: the part as it should be.
+    pub springback_mm: f64,
+    /// The same seed gives the same scans.
+    pub seed: u64,
+}
+
+impl<'a> Series<'a> {
+    /// With the plan's rig and everyday springback.
+    pub fn of_plan(plan: &'a Plan, part: &'a Part, seed: u64) -> Self {
+        Self { plan, part, rig: RigModel::of_plan(plan), springback_mm: EVERYDAY_SPRINGBACK_MM, seed }
     }
-    Ok(simulate_scan(&subject, &RigModel::of_plan(plan), &pose, seed, run)?)
+
+    /// Scan number `index` (from 0). What the series is, and the index, alone decide what comes out.
+    pub fn scan(&self, index: u64, run: &RunContext) -> Result<SimulatedScan, Cancelled> {
+        let seed = one_of_series(self.seed, index);
+        let field = if self.springback_mm > 0.0 {
+            draw_springback(seed, self.springback_mm, &self.part.bounds)
+        } else {
+            DisplacementField::none()
+        };
+        let drawn = Drawn::of_plan(self.plan, seed);
+        let thickness_mm = drawn.map_or(self.plan.part.thickness_mm, |d| d.thickness_mm);
+        let subject = Subject::of_thickness(self.plan, self.part, field, thickness_mm);
+        let side = if seed & 1 == 0 { Side::Top } else { Side::Bottom };
+        let resting = self.part.resting_poses.iter().find(|p| p.side == side);
+        let mut pose = PoseChoice::side(&subject, side);
+        if let Some(resting) = resting {
+            pose.up_cad = resting.up_cad;
+        }
+        let rig = drawn.map_or_else(|| self.rig.clone(), |d| d.rig(&self.rig));
+        let mut scan = simulate_scan(&subject, &rig, &pose, seed, run)?;
+        scan.truth.drawn = drawn;
+        Ok(scan)
+    }
 }
 
 /// `shapeline simulate`: writes `count` scans into a folder (made if need be) as `sim_0001.ply` and on, and tells each one
@@ -81,8 +107,9 @@ pub fn simulate_series(
         Diagnostic::error(message).in_file(folder).with_help("give another folder with --out")
     };
     std::fs::create_dir_all(folder).map_err(cannot)?;
+    let series = Series::of_plan(plan, part, seed);
     for index in 0..count {
-        let scan = scan_of_series(plan, part, seed, index, run)?;
+        let scan = series.scan(index, run)?;
         let path = write_scan(folder, &format!("sim_{:04}", index + 1), &scan, plan.scans.unit).map_err(cannot)?;
         written(&path, &scan);
     }

@@ -10,6 +10,7 @@ pub mod caster;
 mod datum;
 pub mod demo;
 pub mod displacement;
+mod drawn;
 pub mod field;
 pub mod files;
 pub mod forming;
@@ -25,7 +26,8 @@ pub mod truth;
 
 pub use bracket::{BracketParameters, bracket};
 pub use displacement::{Displacement, DisplacementField, draw_springback};
-pub use files::{scan_of_series, simulate_series, write_scan};
+pub use drawn::Drawn;
+pub use files::{Series, simulate_series, write_scan};
 pub use part::SyntheticPart;
 pub use placing::PoseChoice;
 pub use rig::{RigModel, Sampling};

@@ -72,6 +72,13 @@ pub struct RigModel {
     pub camera_tilt_deg: f64,
     /// Parts lie up to this far from the middle of the rig, along x and y.
     pub wander_mm: f64,
+    /// Relative error of the scale: lengths of the scan are longer by this share.
+    pub scale_error: f64,
+    /// Trimmed edges and rims are seen so far outwards of where they are, in the sheet: the part looks larger, its openings smaller.
+    pub edge_shift_mm: f64,
+    /// Standard deviation, along each axis, by which the measuring system misplaces what lies together within 10 mm; places
+    /// 50 mm apart are misplaced independently of each other.
+    pub distortion_mm: f64,
 }
 
 impl Default for RigModel {
@@ -103,6 +110,9 @@ impl Default for RigModel {
             view_direction: nalgebra::Vector3::z_axis(),
             camera_tilt_deg: 1.5,
             wander_mm: 40.0,
+            scale_error: 0.0,
+            edge_shift_mm: 0.0,
+            distortion_mm: 0.0,
         }
     }
 }
@@ -167,6 +177,9 @@ pub(super) enum Stream {
     DepthRow(usize),
     TextureRow(usize),
     WearRow(usize),
+    SystemErrors,
+    /// Axis and row.
+    DistortionRow(u8, usize),
 }
 
 /// The random numbers for one use.
@@ -179,6 +192,8 @@ pub(super) fn stream(seed: u64, of: Stream) -> ChaCha8Rng {
         Stream::DepthRow(index) => (4, index),
         Stream::TextureRow(index) => (5, index),
         Stream::WearRow(index) => (6, index),
+        Stream::SystemErrors => (7, 0),
+        Stream::DistortionRow(axis, index) => (8 + u64::from(axis), index),
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream((kind << 48) | index as u64);

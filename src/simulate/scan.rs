@@ -28,6 +28,10 @@ const FLASH: [f64; 3] = [-450.0, 300.0, 650.0];
 const SHADOW_ON_PART: (f64, f64) = (0.55, 1.25);
 const SHADOW_ON_BELT: (f64, f64) = (0.22, 3.0);
 
+/// `l` in the covariance exp(-r² / 2 l²) of the measuring system's errors: what is measured from one window moves together, features
+/// 50 mm apart have nothing in common.
+const DISTORTION_LENGTH_MM: f64 = 20.0;
+
 /// What a simulated point really is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Label {
@@ -70,6 +74,8 @@ struct Scene<'a> {
     cameras: [Point3; 4],
     flash: Point3,
     depth: Option<SmoothField>,
+    /// Along x, y and z of the belt frame.
+    distortion: Option<[SmoothField; 3]>,
     texture: SmoothField,
     wear: SmoothField,
     wear_limit: f64,
@@ -91,7 +97,8 @@ pub fn simulate_scan(
     seed: u64,
     run: &RunContext,
 ) -> Result<SimulatedScan, Cancelled> {
-    let scene = Scene::new(subject, rig, pose, seed);
+    let seen = subject.with_rims_shifted(rig.edge_shift_mm);
+    let scene = Scene::new(&seen, rig, pose, seed);
     run.check()?;
     let rows = ((scene.view.1.y - scene.view.0.y) / rig.pixel_mm()).ceil() as usize;
     let chunks: Result<Vec<Vec<Sample>>, Cancelled> = (0..rows.div_ceil(CHUNK_ROWS))
@@ -110,7 +117,7 @@ pub fn simulate_scan(
     let truth = ScanTruth::new(subject, cad_from_scan, side, seed);
     Ok(SimulatedScan {
         cloud: PointCloud {
-            positions: samples.iter().map(|s| scene.scan_from_belt * s.place).collect(),
+            positions: samples.iter().map(|s| scene.in_scan(&s.place)).collect(),
             colours: Some(samples.iter().map(|s| s.colour).collect()),
             ..PointCloud::default()
         },
@@ -147,6 +154,14 @@ impl<'a> Scene<'a> {
             flash: Point3::from(Vector3::from(FLASH) * (rig.distance_mm / 600.0)),
             depth: correlated
                 .then(|| SmoothField::new(seed, Stream::DepthRow, view.0, view.1, rig.correlation_length_mm)),
+            distortion: (rig.distortion_mm > 0.0).then(|| {
+                let rows: [fn(usize) -> Stream; 3] = [
+                    |row| Stream::DistortionRow(0, row),
+                    |row| Stream::DistortionRow(1, row),
+                    |row| Stream::DistortionRow(2, row),
+                ];
+                rows.map(|of_row| SmoothField::new(seed, of_row, view.0, view.1, DISTORTION_LENGTH_MM))
+            }),
             texture: SmoothField::new(seed, Stream::TextureRow, view.0, view.1, 2.0),
             wear_limit: if rig.belt_wear_share > 0.0 {
                 wear.quantile(1.0 - rig.belt_wear_share)
@@ -217,7 +232,23 @@ impl<'a> Scene<'a> {
         let noise = noise * noisier;
         let colour = self.colour(q, &normal, label, light, tint);
         let (off, label) = if outlier { (outlier_depth, Label::Outlier) } else { (0.0, label) };
-        Some(Sample { place: place - normal * rounded_off + noise + Vector3::z() * off, colour, label })
+        let place = place - normal * rounded_off + noise + Vector3::z() * off;
+        let place = self.distortion.as_ref().map_or(place, |fields| {
+            place + Vector3::from(fields.each_ref().map(|field| field.at(q))) * self.rig.distortion_mm
+        });
+        Some(Sample { place, colour, label })
+    }
+
+    /// A place of the belt frame as the scan has it: lengths are off by the scale's error about the part's middle, so that the pose is
+    /// that without the error.
+    fn in_scan(&self, place: &Point3) -> Point3 {
+        let scale_error = self.rig.scale_error;
+        if scale_error == 0.0 {
+            return self.scan_from_belt * place;
+        }
+        let middle = nalgebra::center(&self.footprint.0, &self.footprint.1);
+        let middle = Point3::new(middle.x, middle.y, 0.5 * self.top_mm);
+        self.scan_from_belt * (place + (place - middle) * scale_error)
     }
 
     /// What the ray down on `q` meets: place and normal in the belt frame, and how far the rounded rim lies below that place

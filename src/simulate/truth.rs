@@ -6,6 +6,7 @@
 
 use super::actual::Actual;
 use super::datum::alignment;
+use super::drawn::Drawn;
 use super::subject::Subject;
 use crate::geometry::{CadFromScan, Isometry3};
 use crate::plan::Side;
@@ -25,6 +26,9 @@ pub struct ScanTruth {
     pub side: String,
     /// The seed of the scan.
     pub seed: u64,
+    /// What was drawn from the plan's `[uncertainty]`; left out where it states nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn: Option<Drawn>,
     /// The plan's features, in its order, in the true pose.
     pub features: Vec<FeatureTruth>,
     /// The plan's comparison points, in its order.
@@ -101,6 +105,7 @@ impl ScanTruth {
                 .map(|motion| CadFromScan::new(motion * cad_from_scan.isometry()).row_major()),
             side: side.key().into(),
             seed,
+            drawn: None,
             features: features.collect(),
             points: points.collect(),
         }
