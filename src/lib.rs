@@ -11,7 +11,7 @@
 //! the plane on which the part lies (z up, towards the camera). Transforms read `target_from_source`.
 //!
 //! Modules import downward only: `geometry`, `fit`, then `io` and `plan`, then `part` and `scan`, `measure`, `align`,
-//! `inspect`, `report`, `worker`, `cli`. `diagnostic` and `run` serve every layer, `simulate` makes test truth beside them.
+//! `inspect`, `report`, `worker`, `study`, `cli`. `diagnostic` and `run` serve every layer, `simulate` makes test truth beside them.
 
 pub mod align;
 pub mod cli;
@@ -28,4 +28,5 @@ pub mod report;
 pub mod run;
 pub mod scan;
 pub mod simulate;
+pub mod study;
 pub mod worker;

@@ -6,6 +6,7 @@ mod fit;
 mod prepare;
 mod run;
 mod simulate;
+mod study;
 mod terminal;
 mod verify;
 
@@ -43,14 +44,14 @@ enum Command {
     Prepare(prepare::PrepareArguments),
     /// Write synthetic scans of the plan's part with known truth.
     Simulate(simulate::SimulateArguments),
+    /// Tell which tolerances of a plan can be judged: bias, spread, coverage, Cg and Cgk of every comparison point.
+    Study(study::StudyArguments),
     /// Fit a line, plane, circle, sphere, cylinder or cone to files of points.
     Fit(fit::FitArguments),
     /// Check a results folder against its manifest.
     Verify(verify::VerifyArguments),
     #[command(hide = true)]
     Merge(Unheard),
-    #[command(hide = true)]
-    Study(Unheard),
     #[command(hide = true)]
     MaskStudy(Unheard),
 }
@@ -138,10 +139,10 @@ fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
         Some(Command::Demo(demo)) => demo::run(&demo, manner),
         Some(Command::Prepare(prepare)) => prepare::run(&prepare, manner),
         Some(Command::Simulate(simulate)) => simulate::run(&simulate, manner),
+        Some(Command::Study(study)) => study::run(&study, manner),
         Some(Command::Fit(fit)) => fit::run(&fit),
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
         Some(Command::Merge(_)) => Err(not_yet("`merge` (several views of a part made one cloud)")),
-        Some(Command::Study(_)) => Err(not_yet("`study` (the capability of a plan)")),
         Some(Command::MaskStudy(_)) => Err(not_yet("`mask-study` (thresholds of a merge)")),
         None => Err(no_window(arguments.plan)),
     }

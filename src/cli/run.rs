@@ -63,16 +63,7 @@ pub(super) fn run_to_end(
     manner: Manner,
 ) -> Result<(SequenceSummary, Vec<PathBuf>), Diagnostic> {
     let stop = StopSwitch::default();
-    let switch = stop.clone();
-    let handler = ctrlc::set_handler(move || {
-        if switch.after_part.is_cancelled() {
-            switch.now.cancel();
-        } else {
-            switch.after_part.cancel();
-            terminal::note("stopping after this part; Ctrl-C again drops it");
-        }
-    });
-    handler.map_err(|e| Diagnostic::error(format!("Ctrl-C cannot be caught: {e}")))?;
+    terminal::stop_on_ctrl_c(&stop, "stopping after this part; Ctrl-C again drops it")?;
     let job = SequenceJob::start(request, stop, || {})
         .map_err(|e| Diagnostic::error(format!("the worker cannot be started: {e}")))?;
     let mut screen = Screen { manner, bar: None, part: String::new(), scan: String::new(), files: Vec::new() };

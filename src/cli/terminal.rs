@@ -2,6 +2,7 @@
 //! pipe) is no fault of ours and never a panic.
 
 use crate::diagnostic::Diagnostic;
+use crate::worker::StopSwitch;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Display;
 use std::io::Write;
@@ -45,4 +46,18 @@ fn set_template(bar: &ProgressBar, template: &str) {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
+}
+
+/// The first Ctrl-C ends the job after what is under way, with a word; the second one at once.
+pub(super) fn stop_on_ctrl_c(stop: &StopSwitch, words: &'static str) -> Result<(), Diagnostic> {
+    let switch = stop.clone();
+    let handler = ctrlc::set_handler(move || {
+        if switch.after_part.is_cancelled() {
+            switch.now.cancel();
+        } else {
+            switch.after_part.cancel();
+            note(words);
+        }
+    });
+    handler.map_err(|e| Diagnostic::error(format!("Ctrl-C cannot be caught: {e}")))
 }

@@ -48,7 +48,7 @@ pub(super) fn optional(value: Option<f64>) -> String {
 }
 
 /// A text as one field: no control characters, no formula, quoted when it must be.
-pub(super) fn text_field(text: &str) -> String {
+pub fn text_field(text: &str) -> String {
     let mut text = clean(text);
     if text.trim_start().starts_with(['=', '+', '-', '@', '|', '%']) {
         text.insert(0, '\'');

@@ -2,7 +2,8 @@
 
 use super::scans::taken;
 use crate::diagnostic::{Diagnostic, ReadError, Refusal};
-use crate::inspect::{self, Identity, Inspected, Outcome};
+use crate::geometry::PointCloud;
+use crate::inspect::{self, Identity, Inspected, InspectionResult, Outcome};
 use crate::io;
 use crate::part::{self, CacheUse, Part, PartSettings};
 use crate::plan::{CadSettings, CadSide, ComparisonPoint, Feature, Plan};
@@ -11,9 +12,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// Plan and part, to which every scan of a sequence is held.
-pub(super) struct Examiner {
-    pub(super) plan: Plan,
-    pub(super) part: Part,
+#[derive(Debug)]
+pub struct Examiner {
+    /// The plan.
+    pub plan: Plan,
+    /// Its CAD.
+    pub part: Part,
 }
 
 /// The bytes of a scan, read once.
@@ -44,6 +48,35 @@ pub(super) fn load(scan: &Path, run: &RunContext) -> Result<Result<ScanBytes, Bo
 }
 
 impl Examiner {
+    /// The result of a scan's file; a file that cannot be read, or ends in the middle, is refused.
+    pub fn inspect_file(&self, scan: &Path, run: &RunContext) -> Result<InspectionResult, Cancelled> {
+        let loaded = match load(scan, run)? {
+            Ok(loaded) => loaded,
+            Err(fault) => return Ok(self.refused(scan, None, &fault).result),
+        };
+        let sha256 = loaded.sha256.clone();
+        Ok(match self.examine(scan, loaded, run)? {
+            Examined::Done(inspected) => inspected.result,
+            Examined::CutOff(fault) => self.refused(scan, Some(sha256), &fault).result,
+        })
+    }
+
+    /// The result of points that come from no file, mm, under a name.
+    pub fn inspect_cloud(
+        &self,
+        name: &Path,
+        cloud: PointCloud,
+        run: &RunContext,
+    ) -> Result<InspectionResult, Cancelled> {
+        let identity = self.identity(name, None);
+        let inspected =
+            catch_unwind(AssertUnwindSafe(|| inspect::inspect(&self.plan, &self.part, cloud, identity, run)));
+        match inspected {
+            Ok(end) => end.map(|inspected| inspected.result),
+            Err(panic) => Ok(self.broken(name, None, &*panic).result),
+        }
+    }
+
     /// Inspects the scan. A panic becomes a refused scan.
     pub(super) fn examine(&self, scan: &Path, loaded: ScanBytes, run: &RunContext) -> Result<Examined, Cancelled> {
         let sha256 = loaded.sha256.clone();

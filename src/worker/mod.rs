@@ -16,7 +16,7 @@ pub mod watch;
 mod words;
 
 pub use check::{check_plan, foretell_plan};
-pub use examine::{part_settings, prepare_part};
+pub use examine::{Examiner, part_settings, prepare_part};
 pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
 pub use sequence::run_sequence;
 pub use words::one_line;

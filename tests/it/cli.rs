@@ -581,12 +581,10 @@ fn the_window_is_promised_and_help_is_at_hand() {
     run_in(folder.path(), ["plan.toml"]).assert_ended(2, &["no window yet", "shapeline run plan.toml"]);
     let help = run_in(folder.path(), ["--help"]);
     help.assert_ended(0, &[]);
-    for command in ["run", "check", "demo", "prepare", "simulate", "fit", "verify"] {
+    for command in ["run", "check", "demo", "prepare", "simulate", "study", "fit", "verify"] {
         assert!(help.stdout.contains(command), "{command}");
     }
-    for later in
-        [&["merge", "MERGE.toml", "--out", "x.ply"][..], &["study", "PLAN.toml", "--count", "3"], &["mask-study"]]
-    {
+    for later in [&["merge", "MERGE.toml", "--out", "x.ply"][..], &["mask-study"]] {
         run_in(folder.path(), later).assert_ended(2, &["this version does not have", later[0], "help: "]);
     }
     run_in(folder.path(), ["run"]).assert_ended(2, &["PLAN"]);

@@ -16,14 +16,14 @@ const LAYERS: &[&[&str]] = &[
     &["inspect"],
     &["report"],
     &["worker"],
-    &["demo"],
+    &["demo", "study"],
     &["cli"],
 ];
 
 /// What `simulate` must not know, so that no estimator can be tuned to it.
 const NOT_FOR_SIMULATE: &[&str] = &["fit", "scan"];
 /// The only rooms that may know `simulate`, besides tests and examples: no estimator may peep at the truth.
-const MAY_SIMULATE: &[&str] = &["simulate", "demo", "cli"];
+const MAY_SIMULATE: &[&str] = &["simulate", "demo", "study", "cli"];
 
 /// What prints, looks at a clock or at the environment, or starts a thread.
 const NOT_BELOW_THE_WORKER: &[&str] = &[

@@ -18,5 +18,6 @@ mod pose_sweep;
 mod project;
 mod readers;
 mod stacked_leaves;
+mod study;
 mod support;
 mod watch;
