@@ -35,6 +35,7 @@ fn the_same_study_says_the_same_with_one_thread_and_two() {
         "rig: ground pixel 0.669 mm, accuracy 0.067 mm in the plane and 0.201 mm in depth",
         "note: a type-1 study asks for 25 scans",
         "note: [uncertainty] states nothing",
+        "note: a distance, which noise can only lengthen, so that it is biased: C03, C05",
         "Cgk = (0.1 T - |bias|) / (3 s), 1.33 at least",
         "of 26 points: 26 cannot say: ",
     ] {
