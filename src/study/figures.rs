@@ -55,9 +55,9 @@ pub struct PointFigures {
     pub uncertainty_mm: Option<f64>,
     /// Share of errors that the stated uncertainty covers.
     pub coverage: Option<f64>,
-    /// See [`super::statistics`].
+    /// Capability by the spread alone, see [`super::cg`].
     pub cg: Option<f64>,
-    /// See [`super::statistics`].
+    /// Capability by spread and bias, see [`super::cgk`].
     pub cgk: Option<f64>,
     /// The least tolerance that would be capable (without a bias: that would repeat).
     pub least_tolerance_mm: Option<f64>,

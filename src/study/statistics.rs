@@ -31,12 +31,12 @@ pub fn median(values: &[f64]) -> Option<f64> {
     Some(0.5 * (lower + upper))
 }
 
-/// `Cg`; infinite where nothing scatters.
+/// `Cg = 0.2 T / (6 s)`; infinite where nothing scatters.
 pub fn cg(tolerance_mm: f64, standard_deviation_mm: f64) -> f64 {
     SHARE * tolerance_mm / (6.0 * standard_deviation_mm)
 }
 
-/// `Cgk`; at most `Cg`, negative where the bias alone is more than a tenth of the tolerance.
+/// `Cgk = (0.1 T - |bias|) / (3 s)`; at most `Cg`, negative where the bias alone is more than a tenth of the tolerance.
 pub fn cgk(tolerance_mm: f64, bias_mm: f64, standard_deviation_mm: f64) -> f64 {
     (0.5 * SHARE * tolerance_mm - bias_mm.abs()) / (3.0 * standard_deviation_mm)
 }
