@@ -1,5 +1,6 @@
 //! Comparison points, deviation map and verdicts: from an aligned scan to an `InspectionResult`.
 
+mod budget;
 pub mod comparison;
 pub mod crowd;
 mod expected;
@@ -11,6 +12,7 @@ pub mod result;
 mod rims;
 pub mod verdict;
 
+pub use budget::Budget;
 pub use expected::{ExpectedU, Outlook, axis_reading_warning, tolerance_warnings};
 pub use foretold::{Foretold, ForetoldPoint, Scheme, SchemeCost, foretell};
 pub use pipeline::{Inspected, inspect, refused};

@@ -1,9 +1,11 @@
 //! The result of one scan: plain data that every printer and the window read, and that owns all they need.
 
+use super::budget::Budget;
 use super::crowd::Crowd;
 use crate::align::{BestFit, FeatureAlignment};
 use crate::diagnostic::Refusal;
 use crate::geometry::{Point3, Vector3};
+use crate::measure::Card;
 use crate::plan::AlignmentMethod;
 use crate::scan::Removed;
 use serde::{Deserialize, Serialize};
@@ -51,6 +53,8 @@ pub struct Measurement {
     pub deviation_mm: f64,
     /// Expanded, k = 2.
     pub uncertainty_mm: f64,
+    /// What it is made of.
+    pub budget: Budget,
     /// Residual scale of the fit (rms of its inliers).
     pub rms_mm: f64,
     /// Only for holes.
@@ -91,6 +95,8 @@ pub struct PointResult {
     pub reason: Option<String>,
     /// Points used by the fit (or found in the window, when not measured).
     pub points_used: usize,
+    /// What the value rests on, or what was asked until it was known that there is none.
+    pub card: Card,
     /// The numbers, unless it was not measured.
     pub measurement: Option<Measurement>,
 }

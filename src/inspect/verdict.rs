@@ -82,6 +82,7 @@ mod tests {
             verdict,
             reason: None,
             points_used: 0,
+            card: Default::default(),
             measurement: None,
         }
     }

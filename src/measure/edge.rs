@@ -4,7 +4,8 @@
 //! the outward direction, a shear that keeps areas. In these coordinates the edge is a straight line whatever the CAD's
 //! outline does, and the straight-edge likelihood holds with its closed-form area.
 
-use super::edge_place::{EdgeAtPlace, deep_mm, edge_at_place};
+use super::card::Card;
+use super::edge_place::{EdgeAtPlace, deep_mm, edge_at_place, other_edge_mm};
 use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
@@ -62,6 +63,18 @@ pub fn edge(
     normal: &UnitVector3,
     search_mm: f64,
 ) -> Result<EdgeFound, NotFound> {
+    edge_with_card(local, position, direction, normal, search_mm, &mut Card::default())
+}
+
+/// The same, with the card of what was asked on the way.
+pub fn edge_with_card(
+    local: &Local,
+    position: &Point3,
+    direction: &UnitVector3,
+    normal: &UnitVector3,
+    search_mm: f64,
+    card: &mut Card,
+) -> Result<EdgeFound, NotFound> {
     let h = local.scan.spacing_mm;
     let thickness_normal = thickness_normal(local, position, normal);
     let frame = FeatureFrame::new(local, *position, &thickness_normal, normal, Some(direction));
@@ -78,7 +91,8 @@ pub fn edge(
     let gathered = frame.gather(local, [0.0, 0.0], radius, depth);
     let around = own_heights(local, &frame, &patch, &gathered, f64::INFINITY);
     let points = in_strip(&around, &strip);
-    if points.len() < NEEDED {
+    card.cad_edge_mm = Some(local.face.edge_distance_mm(&frame.seen));
+    if !card.at_least("points in the window", "", points.len() as f64, NEEDED as f64) {
         return Err(NotFound::too_few(points.len(), NEEDED));
     }
     let layer = layer_inside(&points, &strip, search_mm, frame.outward)?;
@@ -99,13 +113,15 @@ pub fn edge(
     let gate = sheet_gate_mm(local, cut_face_tangent(local, &frame), layer.sigma_mm);
     let sheet = on_sheet(&layer, gate, &strip);
     let fit = final_fit(&sheet, &strip, rough, h)?;
-    check(&fit, &sheet, search_mm)?;
+    card.residual_mm = Some(layer.sigma_mm);
+    card.window_mm = Some(strip.along[1] - strip.along[0]);
+    check(&fit, &sheet, search_mm, card)?;
     // A notch or a tab reaches further than what the fit looks at.
     let further = deep_mm(h) + h;
     let deep_strip = strip_along_edge(&frame, &rims, half, further - rough, further + rough, h);
     let deep_strip = deep_strip.as_ref().unwrap_or(&strip);
     let u_place =
-        u_at_place(&fit, [wide, wide + BENT_MM].map(|gate| on_sheet(&layer, [gate; 2], deep_strip)), deep_strip)?;
+        u_at_place(&fit, [wide, wide + BENT_MM].map(|gate| on_sheet(&layer, [gate; 2], deep_strip)), deep_strip, card)?;
     let spacing = fit.density_per_mm2.sqrt().recip();
     let offset = fit.outline.offset;
     // The fit tells the edge from the CAD's own, whose place may differ from the nominal one.
@@ -114,7 +130,9 @@ pub fn edge(
     let [_, eu, ev] = layer.plane;
     // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
     let w = height(&layer.plane, 0.0, at_place) - patch.residual(&[0.0, at_place, 0.0]);
-    clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w])], fit.points)?;
+    clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w])], fit.points, card)?;
+    let sheet_normal = frame.vector([-eu, -ev, 1.0]).normalize();
+    card.normal = Some(sheet_normal);
     let warning = (fit.clutter > CLUTTER[0])
         .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
     // Where the sheet leans, an error of the layer's height at the edge is one of the place that was seen there. It is never
@@ -124,7 +142,7 @@ pub fn edge(
     let u_fit = fit.covariance[(0, 0)].max(0.0).sqrt();
     Ok(EdgeFound {
         position: frame.on_own_face([0.0, deviation_mm, w]),
-        normal: frame.vector([-eu, -ev, 1.0]).normalize(),
+        normal: sheet_normal,
         deviation_mm,
         standard_uncertainty_mm: u_fit.hypot(SHARPNESS_U * spacing).hypot(u_gate).hypot(u_place),
         u_height_mm,
@@ -139,11 +157,21 @@ const BENT_MM: f64 = 0.8;
 
 /// Sees to it that the edge at the place is that beside it, for each of these sets of points: of the sheet alone, so that nothing below
 /// it fills a notch, and of what is around it, where a tab may be bent. Tells what they leave uncertain, mm.
-fn u_at_place(fit: &SoftEdgeFit<Edge>, sheets: [Vec<[f64; 2]>; 2], strip: &Strip) -> Result<f64, NotFound> {
+fn u_at_place(
+    fit: &SoftEdgeFit<Edge>,
+    sheets: [Vec<[f64; 2]>; 2],
+    strip: &Strip,
+    card: &mut Card,
+) -> Result<f64, NotFound> {
     let mut left_mm = 0.0_f64;
+    let other_mm = other_edge_mm(fit);
     for sheet in &sheets {
-        match edge_at_place(fit, sheet, strip.along, [-strip.inner, strip.outer]) {
-            EdgeAtPlace::Same(mm) => left_mm = left_mm.max(mm.abs()),
+        let at_place = edge_at_place(fit, sheet, strip.along, [-strip.inner, strip.outer]);
+        let (EdgeAtPlace::Same(off_mm) | EdgeAtPlace::Other(off_mm)) = at_place;
+        left_mm = left_mm.max(off_mm.abs());
+        card.at_most("edge at the place itself off the edge beside it", "mm", left_mm, other_mm);
+        match at_place {
+            EdgeAtPlace::Same(_) => {}
             EdgeAtPlace::Other(mm) => {
                 let reason = format!("the edge at the place itself lies {mm:+.1} mm off the edge beside it");
                 return Err(NotFound::new(reason, fit.points));
@@ -470,21 +498,23 @@ fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> 
     result.ok_or_else(|| NotFound::new("the search for the edge did not start", sheet.len()))
 }
 
-fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64) -> Result<(), NotFound> {
+fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64, card: &mut Card) -> Result<(), NotFound> {
     let not = |reason: String| Err(NotFound::new(reason, fit.points));
     let spacing = fit.density_per_mm2.sqrt().recip();
-    if fit.outline.offset.abs() > search_mm {
+    card.spacing_mm = Some(spacing);
+    if !card.at_most("distance of the edge from the CAD's", "mm", fit.outline.offset.abs(), search_mm) {
         return not(format!("no edge within ±{search_mm:.1} mm"));
     }
-    if fit.clutter > CLUTTER[1] {
+    if !card.at_most("density past the edge over that of the sheet", "", fit.clutter, CLUTTER[1]) {
         return not(format!("no edge within ±{search_mm:.1} mm: the points go on past it"));
     }
-    if fit.outline.slope.abs() > MOST_TURNED {
-        let angle = fit.outline.slope.atan().to_degrees().abs();
+    let angle = fit.outline.slope.atan().to_degrees().abs();
+    if !card.at_most("turn of the edge against the CAD's", "deg", angle, MOST_TURNED.atan().to_degrees()) {
         return not(format!("the edge found is turned by {angle:.0}° against the CAD's"));
     }
     let covered = covered_share(sheet, &fit.outline, spacing);
-    if covered < LEAST_COVERED {
+    card.covered = Some(covered);
+    if !card.at_least("share of the edge beside which points stand", "", covered, LEAST_COVERED) {
         return not(format!(
             "the edge is seen over {:.0} % of its length only, {:.0} % are needed",
             100.0 * covered,

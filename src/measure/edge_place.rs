@@ -30,6 +30,11 @@ pub enum EdgeAtPlace {
     Other(f64),
 }
 
+/// From there on what stands at the place is another edge than the one beside it, mm.
+pub fn other_edge_mm(fit: &SoftEdgeFit<Edge>) -> f64 {
+    (OTHER_EDGE.0 * fit.density_per_mm2.sqrt().recip()).max(OTHER_EDGE.1)
+}
+
 /// How far inwards and outwards of the edge the strip must reach, mm.
 pub fn deep_mm(spacing_mm: f64) -> f64 {
     (DEEP.0 * spacing_mm).max(DEEP.1)

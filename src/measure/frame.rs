@@ -1,5 +1,6 @@
 //! The frame of one feature: u and v in the sheet, w along the plan's normal, origin at the nominal place.
 
+use super::card::Card;
 use super::{Local, NotFound};
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
 use crate::plan::{CadSide, Side};
@@ -136,12 +137,12 @@ pub fn sheet_normal(local: &Local, nominal: &Point3, w: &UnitVector3, around: &[
 ///
 /// # Errors
 /// The place is lower than the belt's clearance and three standard deviations of the belt's points.
-pub fn clear_of_belt(local: &Local, seen_places: &[Point3], points: usize) -> Result<(), NotFound> {
+pub fn clear_of_belt(local: &Local, seen_places: &[Point3], points: usize, card: &mut Card) -> Result<(), NotFound> {
     let (Some(belt), Some(clearance_mm)) = (local.scan.belt, local.scan.belt_clearance_mm) else { return Ok(()) };
     let scan_from_cad: Isometry3 = local.cad_from_scan.scan_from_cad();
     let heights = seen_places.iter().map(|p| belt.height_mm(&(scan_from_cad * p)));
     let lowest_mm = heights.fold(f64::INFINITY, f64::min);
-    if lowest_mm < clearance_mm + 3.0 * belt.sigma_mm {
+    if !card.at_least("height above the belt", "mm", lowest_mm, clearance_mm + 3.0 * belt.sigma_mm) {
         let reason = format!("lies {lowest_mm:.1} mm above the belt, too near to be told from it");
         return Err(NotFound::new(reason, points));
     }

@@ -1,5 +1,6 @@
 //! A circular hole.
 
+use super::card::Card;
 use super::opening::{Opening, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::Circle;
@@ -74,12 +75,25 @@ pub fn hole(
     diameter_mm: f64,
     search_mm: f64,
 ) -> Result<HoleFound, NotFound> {
+    hole_with_card(local, centre, axis, diameter_mm, search_mm, &mut Card::default())
+}
+
+/// The same, with the card of what was asked on the way.
+pub fn hole_with_card(
+    local: &Local,
+    centre: &Point3,
+    axis: &UnitVector3,
+    diameter_mm: f64,
+    search_mm: f64,
+    card: &mut Card,
+) -> Result<HoleFound, NotFound> {
     let nominal = Circle { centre: [0.0, 0.0], radius: 0.5 * diameter_mm };
     let frame = frame_of(local, centre, axis, None, &nominal);
-    let found = measure_opening(local, &frame, &nominal, search_mm)?;
+    let found = measure_opening(local, &frame, &nominal, search_mm, card)?;
     let own = found.centre_covariance();
     let fit = &found.fit;
     let sharpness = SHARPNESS_U * found.spacing_mm;
+    card.normal = Some(frame.vector(found.normal()));
     Ok(HoleFound {
         centre: frame.on_own_face(found.centre()),
         axis: frame.vector(found.normal()),

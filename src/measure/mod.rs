@@ -11,6 +11,7 @@
 //! (`[uncertainty]`) and that of the alignment are added by whoever knows them.
 
 mod bend;
+pub mod card;
 mod chance;
 pub mod edge;
 mod edge_place;
@@ -26,10 +27,11 @@ mod sight;
 pub mod slot;
 pub mod surface;
 
-pub use edge::{EdgeFound, edge};
-pub use hole::{HoleFound, hole};
+pub use card::{Card, Gate, Rule};
+pub use edge::{EdgeFound, edge, edge_with_card};
+pub use hole::{HoleFound, hole, hole_with_card};
 pub use slot::{SlotFound, slot};
-pub use surface::{SurfaceFound, surface};
+pub use surface::{SurfaceFound, surface, surface_with_card};
 
 use crate::geometry::CadFromScan;
 use crate::part::{Face, Part};

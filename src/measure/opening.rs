@@ -1,5 +1,6 @@
 //! What holes and slots share: points of the surrounding sheet, search, fit, and whether it is the opening looked for.
 
+use super::card::Card;
 use super::chance::{check_size, left_out, needed_gain};
 use super::frame::{FeatureFrame, Uvw, clear_of_belt, lean_tangent, sheet_gate_mm, sheet_normal};
 use super::gap::{Gap, final_fit, margin_mm};
@@ -112,6 +113,7 @@ pub fn measure_opening<O: Opening>(
     frame: &FeatureFrame,
     nominal: &O,
     search_mm: f64,
+    card: &mut Card,
 ) -> Result<OpeningFound<O>, NotFound> {
     check_in_sight(local, frame, &ring(nominal, RIM_MM))?;
     check_size(local, nominal, search_mm)?;
@@ -126,14 +128,17 @@ pub fn measure_opening<O: Opening>(
     let obstacles = obstacles(local, frame, &patch, nominal, reach + search_mm + 2.0);
     let Gap { fit, gain } = final_fit(&sheet, &rough, &obstacles, h)?;
     let spacing_mm = fit.density_per_mm2.sqrt().recip();
-    check_gain(&fit, gain, search_mm)?;
-    let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm)?;
+    card.window_mm = Some(reach);
+    card.residual_mm = Some(layer.sigma_mm);
+    card.spacing_mm = Some(spacing_mm);
+    check_gain(&fit, gain, search_mm, card)?;
+    let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm, card)?;
     let rim = fit.outline.grown(0.0);
     // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
     let cad = |p: &[f64; 2]| -patch.residual(&[p[0], p[1], 0.0]);
     let on_seen = |p: &[f64; 2]| frame.on_seen_face([p[0], p[1], height(&layer.plane, p[0], p[1]) + cad(p)]);
     let rim: Vec<Point3> = rim.iter().step_by((rim.len() / 32).max(1)).map(on_seen).collect();
-    clear_of_belt(local, &rim, fit.points)?;
+    clear_of_belt(local, &rim, fit.points, card)?;
     let [u, v] = fit.outline.centre();
     let around: Vec<f64> = ring(nominal, RIM_MM).iter().map(cad).collect();
     let cad_mm = off_face_mm(&patch, &around) + patch.rise(u, v);
@@ -371,10 +376,10 @@ fn warning<O: Opening>(found: &O, nominal: &O, inside: Inside) -> Option<String>
 }
 
 /// Is the gap more than chance leaves between points of closed sheet?
-fn check_gain<O: Opening>(fit: &SoftEdgeFit<O>, gain: f64, search_mm: f64) -> Result<(), NotFound> {
+fn check_gain<O: Opening>(fit: &SoftEdgeFit<O>, gain: f64, search_mm: f64, card: &mut Card) -> Result<(), NotFound> {
     let needed = needed_gain::<O>(search_mm, fit.density_per_mm2);
     // Not a number is no gain.
-    if gain >= needed {
+    if card.at_least("gain in log-likelihood over closed sheet", "", gain, needed) {
         return Ok(());
     }
     let word = O::WORD;
@@ -393,6 +398,7 @@ fn check<O: Opening>(
     sheet: &[[f64; 2]],
     spacing_mm: f64,
     search_mm: f64,
+    card: &mut Card,
 ) -> Result<Inside, NotFound> {
     let word = O::WORD;
     let not = |reason: String| Err(NotFound::new(reason, fit.points));
@@ -400,14 +406,15 @@ fn check<O: Opening>(
     let Some(inside) = points_inside(sheet, &fit.outline, 0.5 * spacing_mm, fit.density_per_mm2) else {
         return not(format!("no {word} here: the gap found is hardly wider than the points are apart"));
     };
-    if inside.share > FILLED[1] {
+    if !card.at_most("density inside over that of the sheet", "", inside.share, FILLED[1]) {
         return not(format!("no {word} here: the points go on over its place"));
     }
-    if u.hypot(v) > search_mm {
+    if !card.at_most("distance of the centre from its nominal place", "mm", u.hypot(v), search_mm) {
         return not(format!("no {word} within ±{search_mm:.1} mm of its place"));
     }
     let allowed = (0.5 * search_mm).max(4.0 * spacing_mm).min(SIZE_SHARE * nominal.least_size_mm());
-    if fit.outline.size_difference_mm(nominal) > allowed {
+    if !card.at_most("difference of its size from the nominal", "mm", fit.outline.size_difference_mm(nominal), allowed)
+    {
         return not(format!(
             "the gap found here is {}, the {word} is {}",
             fit.outline.sizes_in_words(),
@@ -415,7 +422,8 @@ fn check<O: Opening>(
         ));
     }
     let covered = covered_share(sheet, &fit.outline, spacing_mm);
-    if covered < LEAST_COVERED {
+    card.covered = Some(covered);
+    if !card.at_least("share of the rim beside which points stand", "", covered, LEAST_COVERED) {
         return not(format!(
             "the rim is seen over {:.0} % of its length only, {:.0} % are needed",
             100.0 * covered,

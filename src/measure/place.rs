@@ -4,8 +4,8 @@
 //! Two looks. Is there a gap: an empty disc, around the place or with the place half-way to its rim, or a crack through it? And do the points nearest to the place,
 //! five of them and then more, lie on the surface that was fitted to all: is their median off it by more than chance?
 
+use super::card::Card;
 use super::frame::FeatureFrame;
-use super::patch::CadPatch;
 use super::sight::is_of_another_wall;
 use super::{Local, NotFound};
 use crate::fit::robust::{SIGMA_OF_MAD, median};
@@ -69,7 +69,13 @@ impl Place {
     ///
     /// # Errors
     /// Next to nothing stands there.
-    pub fn gather(local: &Local, frame: &FeatureFrame, window_mm: f64, search_mm: f64) -> Result<Self, NotFound> {
+    pub fn gather(
+        local: &Local,
+        frame: &FeatureFrame,
+        window_mm: f64,
+        search_mm: f64,
+        card: &mut Card,
+    ) -> Result<Self, NotFound> {
         let h = local.scan.spacing_mm;
         let wanted_mm = (PLACE_SPACINGS * h).max(PLACE_MM);
         let reach_mm = wanted_mm.min(PLACE_SHARE * window_mm).max(PLACE_LEAST_SPACINGS * h);
@@ -81,24 +87,30 @@ impl Place {
         let found = points.partition_point(|p| distance(p) <= reach_mm);
         let expected = std::f64::consts::PI * (reach_mm / h).powi(2);
         let needed = ((PLACE_FILLED * expected) as usize).max(PLACE_NEEDED);
-        if found < needed {
+        if !card.at_least("points at the place itself", "", found as f64, needed as f64) {
             return Err(too_few(found, reach_mm, needed));
         }
         Ok(Self { points, reach_mm, spacing_mm: h })
     }
 
     /// Whether points stand all around the place. Their spacing is that within the window; where the CAD has no sheet there is no gap.
-    pub fn check_gaps(&self, window_mm: f64, has_sheet: &dyn Fn([f64; 2]) -> bool) -> Result<(), NotFound> {
+    pub fn check_gaps(
+        &self,
+        window_mm: f64,
+        has_sheet: &dyn Fn([f64; 2]) -> bool,
+        card: &mut Card,
+    ) -> Result<(), NotFound> {
         let seen_mm = window_mm.min(self.reach_mm.max(ABOUT_SPACINGS * self.spacing_mm));
         let around = self.points.partition_point(|p| p[0].hypot(p[1]) <= seen_mm);
         let area = std::f64::consts::PI * seen_mm * seen_mm;
         let h = (area / around.max(1) as f64).sqrt().min(SPARSEST * self.spacing_mm);
         let radius = GAP_SPACINGS * h;
         let near = self.points.partition_point(|p| p[0].hypot(p[1]) <= radius);
-        if near < GAP_NEEDED {
+        if !card.at_least("points within two spacings of the place", "", near as f64, GAP_NEEDED as f64) {
             return Err(too_few(near, radius, GAP_NEEDED));
         }
         let gap_mm = self.wide_gap_mm(h, has_sheet).or_else(|| self.crack_mm(h, has_sheet));
+        card.at_most("width of a gap at the place", "mm", gap_mm.unwrap_or(0.0), 0.0);
         gap_mm.map_or(Ok(()), |mm| {
             Err(NotFound::new(format!("the points have a gap at the place itself, {mm:.1} mm wide"), around))
         })
@@ -132,25 +144,35 @@ impl Place {
         (0..CRACK_DIRECTIONS).any(is_crack).then_some(2.0 * half_width)
     }
 
-    /// Whether the surface as fitted (height above the CAD at u, v) is the one at the place; `noise_mm` is that of the points around. Tells the standard
-    /// uncertainty that the points at the place leave, mm: 0 where they lie on it.
+    /// Whether the surface as fitted is the one at the place: `off` tells what a point (u, v, w) stands off it, mm; `noise_mm` is that of the
+    /// points around. Tells the standard uncertainty that the points at the place leave, mm: 0 where they lie on it.
     pub fn check_height(
         &self,
-        patch: &CadPatch,
-        fitted: &dyn Fn(f64, f64) -> f64,
+        off: &dyn Fn(&[f64; 3]) -> f64,
         noise_mm: f64,
+        card: &mut Card,
     ) -> Result<f64, NotFound> {
         let at_place = self.points.iter().take_while(|p| p[0].hypot(p[1]) <= self.reach_mm);
-        let off: Vec<f64> = at_place.map(|p| patch.residual(p) - fitted(p[0], p[1])).collect();
-        let mut left_mm = 0.0_f64;
+        let off: Vec<f64> = at_place.map(off).collect();
+        const STEP: &str = "step of the place against the surface around it";
+        let (mut left_mm, mut most_sigmas) = (0.0_f64, 0.0_f64);
         for count in NEAREST.into_iter().filter(|n| *n < off.len()).chain([off.len()]) {
             let step_mm = median(&mut off[..count].to_vec()).unwrap_or(0.0);
             let near = off[..count].iter().filter(|r| r.abs() <= PLACE_SIGMAS * noise_mm).count();
-            let scattered = count == off.len() && (near as f64) < PLACE_AGREES * count as f64;
+            let agrees = near as f64 / count as f64;
+            let scattered = count == off.len()
+                && !card.at_least(
+                    "share of the points at the place that lie on that surface",
+                    "",
+                    agrees,
+                    PLACE_AGREES,
+                );
             // The variance of a median is pi / 2 that of the mean.
             let sd_mm = noise_mm * (std::f64::consts::FRAC_PI_2 / count as f64 + COMMON).sqrt();
+            most_sigmas = f64::max(most_sigmas, step_mm.abs() / sd_mm);
+            let on_it = card.at_most(STEP, "standard deviations", most_sigmas, MOST_SIGMAS);
             // A step that is no number is refused, too.
-            if scattered || step_mm.is_nan() || step_mm.abs() > MOST_SIGMAS * sd_mm {
+            if scattered || step_mm.is_nan() || !on_it {
                 let reason = format!("the points at the place itself stand {step_mm:+.2} mm off those around it");
                 return Err(NotFound::new(reason, off.len()));
             }

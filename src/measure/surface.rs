@@ -10,13 +10,15 @@
 //! quadratic can follow, the middle of the disc stands off it, and the disc shrinks.
 
 use super::bend::{Bend, fit_bend};
+use super::card::Card;
 use super::frame::{FeatureFrame, clear_of_belt};
-use super::layer::{Layer, fit_layer, most_frequent_height};
+use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, FINE_MM, face_height};
 use super::place::{Place, noise_mm};
-use super::sight::{check_in_sight, own_heights};
+use super::sight::{check_in_sight, is_of_another_wall, own_heights};
 use super::{Local, NotFound};
 use crate::geometry::{Point3, UnitVector3, Vector3};
+use crate::plan::{SurfaceFit, SurfaceMethod};
 
 /// A point of the surface as found. CAD frame, on the CAD's own face.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,8 +42,8 @@ pub struct SurfaceFound {
 
 /// Fewest points of a fit.
 const NEEDED: usize = 12;
-/// The plan's direction must not lean over more than this from the normal (cosine).
-const LEAST_COSINE: f64 = 0.5;
+/// The plan's direction must not lean over more than this from the normal, degrees.
+const MOST_LEAN_DEG: f64 = 60.0;
 
 /// Measures where the line through `position` along `direction` meets the sheet, at most `search_mm` away.
 pub fn surface(
@@ -50,14 +52,26 @@ pub fn surface(
     direction: &UnitVector3,
     search_mm: f64,
 ) -> Result<SurfaceFound, NotFound> {
+    surface_with_card(local, position, direction, search_mm, &SurfaceFit::default(), &mut Card::default())
+}
+
+/// The same as the plan asks for it, with the card of what was asked on the way.
+pub fn surface_with_card(
+    local: &Local,
+    position: &Point3,
+    direction: &UnitVector3,
+    search_mm: f64,
+    how: &SurfaceFit,
+    card: &mut Card,
+) -> Result<SurfaceFound, NotFound> {
     let side = local.face.side;
     let near =
         local.face.closest(position, f64::INFINITY).ok_or_else(|| NotFound::new("the CAD has no face here", 0))?;
     let normal = UnitVector3::new_unchecked(near.normal.into_inner() * side.sign());
     // A direction that points into the sheet is the plan's to choose; only how far it leans matters.
     let cosine = normal.dot(direction).abs();
-    if cosine < LEAST_COSINE {
-        let angle = cosine.clamp(0.0, 1.0).acos().to_degrees();
+    let angle = cosine.clamp(0.0, 1.0).acos().to_degrees();
+    if !card.at_most("lean of the plan's direction from the sheet's normal", "deg", angle, MOST_LEAN_DEG) {
         return Err(NotFound::new(
             format!("the plan's direction leans {angle:.0}° away from the sheet's normal, 60° are allowed"),
             0,
@@ -68,12 +82,62 @@ pub fn surface(
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
     check_in_sight(local, &frame, &[[0.0; 2]])?;
-    let wanted_mm = window_radius(local, &frame.seen);
-    let place = Place::gather(local, &frame, wanted_mm, search_mm)?;
-    place.check_gaps(wanted_mm, &|p| face_height(local, &frame, p, search_mm + 2.0).is_some())?;
-    let found = in_shrinking_windows(local, &frame, &place, wanted_mm, search_mm)?;
-    clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used)?;
+    card.cad_edge_mm = Some(local.face.edge_distance_mm(&frame.seen));
+    let wanted_mm = how.radius_mm.unwrap_or_else(|| window_radius(local, &frame.seen, how.method));
+    let place = Place::gather(local, &frame, wanted_mm, search_mm, card)?;
+    place.check_gaps(wanted_mm, &|p| face_height(local, &frame, p, search_mm + 2.0).is_some(), card)?;
+    let found = match how.method {
+        SurfaceMethod::Plane => in_plane(local, &frame, &place, wanted_mm, search_mm, card)?,
+        SurfaceMethod::Local if how.radius_mm.is_some() => {
+            let window = Window::gather(local, &frame, wanted_mm, search_mm);
+            let (found, lack) = measure_in(&frame, &window, &place, card)?;
+            found.with_lack(&lack)
+        }
+        SurfaceMethod::Local => in_shrinking_windows(local, &frame, &place, wanted_mm, search_mm, card)?,
+    };
+    card.window_mm = Some(found.window_mm);
+    card.normal = Some(found.normal);
+    clear_of_belt(local, &[frame.on_seen_face([0.0, 0.0, found.deviation_mm])], found.points_used, card)?;
     Ok(found)
+}
+
+impl SurfaceFound {
+    /// What the middle of the window stands off the fitted surface is uncertain.
+    fn with_lack(self, lack: &Lack) -> Self {
+        let standard_uncertainty_mm = self.standard_uncertainty_mm.hypot(lack.mean_mm);
+        Self { standard_uncertainty_mm, ..self }
+    }
+}
+
+/// A plane through the points themselves: heights above a plane across the direction in place of the CAD's.
+fn in_plane(
+    local: &Local,
+    frame: &FeatureFrame,
+    place: &Place,
+    radius_mm: f64,
+    search_mm: f64,
+    card: &mut Card,
+) -> Result<SurfaceFound, NotFound> {
+    let over_cad = CadPatch::sample(local, frame, &disc_places(radius_mm), search_mm + 2.0 + radius_mm, FINE_MM);
+    // Which points belong to the sheet is told by the CAD here, too; what is fitted is where they are.
+    let gathered = frame.gather(local, [0.0; 2], radius_mm, search_mm + 1.8 * radius_mm);
+    let own = gathered.into_iter().filter(|p| {
+        let above_mm = over_cad.residual(p);
+        above_mm.abs() <= search_mm && !is_of_another_wall(local, frame, p, above_mm, 0.0)
+    });
+    let points: Vec<[f64; 3]> = own.collect();
+    let layer = layer_about_line(frame, &points, radius_mm, card)?;
+    place.check_height(&|p| p[2] - height(&layer.plane, p[0], p[1]), noise_mm(&points), card)?;
+    let [deviation_mm, eu, ev] = layer.plane;
+    Ok(SurfaceFound {
+        position: frame.on_own_face([0.0, 0.0, deviation_mm]),
+        normal: frame.vector([-eu, -ev, 1.0]).normalize(),
+        deviation_mm,
+        standard_uncertainty_mm: layer.u_height_mm,
+        window_mm: radius_mm,
+        rms_mm: layer.rms_mm,
+        points_used: layer.points,
+    })
 }
 
 /// The surface in the largest window whose middle does not stand off it; what it stands off in the smallest is uncertain.
@@ -83,6 +147,7 @@ fn in_shrinking_windows(
     place: &Place,
     wanted_mm: f64,
     search_mm: f64,
+    card: &mut Card,
 ) -> Result<SurfaceFound, NotFound> {
     let smallest_mm = SMALLEST_MM.max(SMALLEST_SPACINGS * local.scan.spacing_mm);
     let mut window = Window::with_points(local, frame, wanted_mm, search_mm);
@@ -91,11 +156,8 @@ fn in_shrinking_windows(
     loop {
         let smaller_mm = SHRINK * window.radius_mm;
         let last = grown || smaller_mm < smallest_mm;
-        match measure_in(frame, &window, place) {
-            Ok((found, lack)) if last || !lack.beyond_chance => {
-                let standard_uncertainty_mm = found.standard_uncertainty_mm.hypot(lack.mean_mm);
-                return Ok(SurfaceFound { standard_uncertainty_mm, ..found });
-            }
+        match measure_in(frame, &window, place, card) {
+            Ok((found, lack)) if last || !lack.beyond_chance => return Ok(found.with_lack(&lack)),
             Err(not) if last => return Err(not),
             _ => window = Window::gather(local, frame, smaller_mm, search_mm),
         }
@@ -110,10 +172,14 @@ const SHRINK: f64 = 0.7;
 const SMALLEST_MM: f64 = 2.0;
 const SMALLEST_SPACINGS: f64 = 3.6;
 
+/// The radius of a plane's window, mm; six spacings at least. A wider one would tell more of the bend than of the place.
+const PLANE_WINDOW_MM: f64 = 1.5;
+
 /// Five millimetres or six spacings, but at most half-way to the next trimmed edge, unless that leaves too few points.
-fn window_radius(local: &Local, seen: &Point3) -> f64 {
+fn window_radius(local: &Local, seen: &Point3, method: SurfaceMethod) -> f64 {
     let h = local.scan.spacing_mm;
-    let wanted = WINDOW_MM.max(WINDOW_SPACINGS * h);
+    let least_mm = if method == SurfaceMethod::Plane { PLANE_WINDOW_MM } else { WINDOW_MM };
+    let wanted = least_mm.max(WINDOW_SPACINGS * h);
     wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(SMALLEST_SPACINGS * h)
 }
 
@@ -166,25 +232,18 @@ fn heights(local: &Local, frame: &FeatureFrame, patch: &CadPatch, radius: f64, s
 }
 
 /// The surface as found, and what the middle of the window stands off it.
-fn measure_in(frame: &FeatureFrame, window: &Window, place: &Place) -> Result<(SurfaceFound, Lack), NotFound> {
+fn measure_in(
+    frame: &FeatureFrame,
+    window: &Window,
+    place: &Place,
+    card: &mut Card,
+) -> Result<(SurfaceFound, Lack), NotFound> {
     let (points, patch, radius) = (&window.points, &window.patch, window.radius_mm);
-    if points.len() < NEEDED {
-        return Err(NotFound::too_few(points.len(), NEEDED));
-    }
-    let heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
-    let scattered = || NotFound::new("the points within the window lie on no common surface", points.len());
-    let start = most_frequent_height(&heights, frame.outward).ok_or_else(scattered)?;
-    let layer = fit_layer(points, start, NEEDED).ok_or_else(scattered)?;
-    // Were the points spread evenly around the line, its height would be as certain as their mean: 1 / points. Five times
-    // that variance means that they stand beside it.
-    if layer.covariance[(0, 0)] * layer.points as f64 > 5.0 * layer.sigma_mm * layer.sigma_mm {
-        return Err(NotFound::new(
-            format!("the points stand to one side of the place, over a window of {radius:.1} mm"),
-            points.len(),
-        ));
-    }
+    let layer = layer_about_line(frame, points, radius, card)?;
     let (middle, lack) = middle(points, &layer, radius);
-    let u_place_mm = place.check_height(patch, &|u, v| middle.height_at(u, v), noise_mm(points))?;
+    let off = |p: &[f64; 3]| patch.residual(p) - middle.height_at(p[0], p[1]);
+    let u_place_mm = place.check_height(&off, noise_mm(points), card)?;
+    card.residual_mm = Some(middle.sigma_mm);
     let deviation_mm = middle.height_mm + patch.at_origin();
     let cad = patch.slopes();
     let slope = [middle.slope[0] + cad[0], middle.slope[1] + cad[1]];
@@ -198,6 +257,45 @@ fn measure_in(frame: &FeatureFrame, window: &Window, place: &Place) -> Result<(S
         points_used: middle.points,
     };
     Ok((found, lack))
+}
+
+/// The plane through the heights in a window about the line.
+fn layer_about_line(
+    frame: &FeatureFrame,
+    points: &[[f64; 3]],
+    radius_mm: f64,
+    card: &mut Card,
+) -> Result<Layer, NotFound> {
+    card.window_mm = Some(radius_mm);
+    card.covered = Some(covered_sectors(points));
+    if !card.at_least("points in the window", "", points.len() as f64, NEEDED as f64) {
+        return Err(NotFound::too_few(points.len(), NEEDED));
+    }
+    card.spacing_mm = Some(radius_mm * (std::f64::consts::PI / points.len() as f64).sqrt());
+    let heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
+    let scattered = || NotFound::new("the points within the window lie on no common surface", points.len());
+    let start = most_frequent_height(&heights, frame.outward).ok_or_else(scattered)?;
+    let layer = fit_layer(points, start, NEEDED).ok_or_else(scattered)?;
+    card.residual_mm = Some(layer.sigma_mm);
+    // Were the points spread evenly around the line, its height would be as certain as their mean: 1 / points. Five times
+    // that variance means that they stand beside it.
+    let spread = layer.covariance[(0, 0)] * layer.points as f64 / (layer.sigma_mm * layer.sigma_mm);
+    if !card.at_most("variance of the height over that of points all around", "", spread, 5.0) {
+        let reason = format!("the points stand to one side of the place, over a window of {radius_mm:.1} mm");
+        return Err(NotFound::new(reason, points.len()));
+    }
+    Ok(layer)
+}
+
+/// Share of 24 sectors around the line in which points stand.
+fn covered_sectors(points: &[[f64; 3]]) -> f64 {
+    const SECTORS: usize = 24;
+    let mut seen = [false; SECTORS];
+    for p in points {
+        let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
+        seen[((turn * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
+    }
+    seen.iter().filter(|s| **s).count() as f64 / SECTORS as f64
 }
 
 /// The measured surface around the line.

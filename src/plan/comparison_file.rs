@@ -2,7 +2,7 @@
 //!
 //! The first line that is neither empty nor a `#` comment names the columns; they are separated by tabs, semicolons, commas
 //! or blanks, whichever of these occurs first in that order. Columns are named like the keys of `[[comparison]]`: `name`,
-//! `kind`, `diameter_mm`, `lower_mm`, `upper_mm`. A vector takes three columns, `position_x`, `position_y`, `position_z` and so
+//! `kind`, `diameter_mm`, `radius_mm`, `method`, `lower_mm`, `upper_mm`. A vector takes three columns, `position_x`, `position_y`, `position_z` and so
 //! on for `direction`, `normal` and `axis`; `x`, `y`, `z` stand for the position and `i`, `j`, `k` for the direction as well. Or
 //! else one column `position` holds all three numbers, `[1.0, 2.0, 3.0]`. A cell may be quoted with `"`; an empty cell means
 //! that the point does not have the key. Numbers have a decimal point.
@@ -17,8 +17,8 @@ use toml_edit::{Array, Table, Value};
 /// Largest comparison file, bytes.
 pub(super) const LARGEST: u64 = 16 << 20;
 
-const TEXTS: [&str; 2] = ["name", "kind"];
-const NUMBERS: [&str; 3] = ["diameter_mm", "lower_mm", "upper_mm"];
+const TEXTS: [&str; 3] = ["name", "kind", "method"];
+const NUMBERS: [&str; 4] = ["diameter_mm", "radius_mm", "lower_mm", "upper_mm"];
 const VECTORS: [&str; 4] = ["position", "direction", "normal", "axis"];
 const EXAMPLE: &str = "name, kind, x, y, z, i, j, k, lower_mm, upper_mm";
 

@@ -126,6 +126,26 @@ pub struct Feature {
     pub line: usize,
 }
 
+/// How a surface point is told from the points around it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum SurfaceMethod {
+    /// A quadratic through the heights above the CAD: bends of CAD and part leave no bias.
+    #[default]
+    Local,
+    /// A plane through the points themselves and its intersection with the line of the direction, as the SIVPRO paper has it:
+    /// on a surface of radius R it is `radius² / 4R` off.
+    Plane,
+}
+
+/// How a surface point is measured; the default is what the scan's spacing asks for.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SurfaceFit {
+    /// What is fitted.
+    pub method: SurfaceMethod,
+    /// Radius of the window; `None`: told by the scan's spacing.
+    pub radius_mm: Option<f64>,
+}
+
 /// `[[comparison]]`; never a slot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComparisonPoint {
@@ -133,6 +153,8 @@ pub struct ComparisonPoint {
     pub name: String,
     /// Its nominal shape.
     pub geometry: Geometry,
+    /// Of a surface point: how it is measured.
+    pub surface_fit: SurfaceFit,
     /// Lower limit of the deviation.
     pub lower_mm: f64,
     /// Upper limit of the deviation.

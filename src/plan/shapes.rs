@@ -1,15 +1,29 @@
 //! Nominal features and comparison points.
 
-use super::nominal::{ComparisonPoint, Feature, Geometry};
+use super::nominal::{ComparisonPoint, Feature, Geometry, SurfaceFit, SurfaceMethod};
 use super::problems::Problems;
-use super::reader::{Entry, TableReader, quoted};
+use super::reader::{Entry, NumberRule, TableReader, quoted};
 use super::suggest::list_or;
 use super::values::{POSITIVE_MM, SIGNED_MM, direction, direction_in_plane, name, position, short};
 use std::collections::BTreeMap;
 
 /// Every key that some kind of feature or point has.
-const SHAPE_KEYS: [&str; 8] =
-    ["centre", "position", "axis", "direction", "normal", "diameter_mm", "length_mm", "width_mm"];
+const SHAPE_KEYS: [&str; 10] = [
+    "centre",
+    "position",
+    "axis",
+    "direction",
+    "normal",
+    "diameter_mm",
+    "length_mm",
+    "width_mm",
+    "radius_mm",
+    "method",
+];
+
+/// Radius of a surface point's window that a plan may ask for: below, no scan has points enough; above, it is no point any more.
+const WINDOW_RADIUS_MM: NumberRule =
+    NumberRule { expected: "a radius in mm between 0.2 and 50", accepts: |v| (0.2..=50.0).contains(&v) };
 
 /// A tolerance narrower than this is beyond any scan of sheet metal, mm.
 pub const NARROWEST_MM: f64 = 0.01;
@@ -89,19 +103,32 @@ pub(super) fn comparison_point(mut table: TableReader<'_>) -> ReadPoint {
     });
     let geometry = kind.and_then(|kind| read_shape(&table, kind, "position", true));
     let word = kind.and_then(|kind| kinds.iter().find(|(_, k)| *k == kind)).map(|(word, _)| *word);
+    let surface_fit = if kind == Some(Kind::Surface) { surface_fit(&table) } else { Some(SurfaceFit::default()) };
     let limits = limits(&table);
     let file = table.problems().file().to_path_buf();
     finish(table, word, known_kind);
-    let whole = named.clone().zip(geometry).zip(limits);
-    let point = whole.map(|(((name, _), geometry), (lower_mm, upper_mm))| ComparisonPoint {
+    let whole = named.clone().zip(geometry).zip(surface_fit).zip(limits);
+    let point = whole.map(|((((name, _), geometry), surface_fit), (lower_mm, upper_mm))| ComparisonPoint {
         name,
         geometry,
+        surface_fit,
         lower_mm,
         upper_mm,
         file,
         line,
     });
     ReadPoint { name: named, point }
+}
+
+/// How a surface point is measured; every key may be left out.
+fn surface_fit(table: &TableReader<'_>) -> Option<SurfaceFit> {
+    let methods = [("local", SurfaceMethod::Local), ("plane", SurfaceMethod::Plane)];
+    let method = table.optional("method").map_or(Some(SurfaceMethod::default()), |entry| entry.choice(&methods));
+    let radius_mm = match table.optional("radius_mm") {
+        Some(entry) => entry.number(WINDOW_RADIUS_MM).map(Some),
+        None => Some(None),
+    };
+    Some(SurfaceFit { method: method?, radius_mm: radius_mm? })
 }
 
 /// Warns of names that comparison points share.

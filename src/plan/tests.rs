@@ -450,3 +450,22 @@ fn two_thousand_broken_plans_get_an_answer() {
         assert!(loaded.problems.iter().all(|p| p.help.is_some() && p.line.is_some()), "{}", words(&loaded.problems));
     }
 }
+
+#[test]
+fn a_surface_point_may_choose_its_method_and_window() {
+    let point = |more: &str| {
+        format!(
+            "schema = 1\npart = {{ name = \"a\", thickness_mm = 1 }}\ncad.file = \"a.stl\"\nalignment.method = \"best_fit\"\n[[comparison]]\nname = \"P\"\nkind = \"surface\"\nposition = [0, 0, 0]\ndirection = [0, 0, 1]\nlower_mm = -1\nupper_mm = 1\n{more}"
+        )
+    };
+    let fit = |more: &str| {
+        let loaded = parse(point(more).as_bytes(), Path::new("p.toml"));
+        loaded.plan.map(|plan| plan.comparison[0].surface_fit)
+    };
+    assert_eq!(fit(""), Some(SurfaceFit::default()));
+    let plane = SurfaceFit { method: SurfaceMethod::Plane, radius_mm: Some(2.0) };
+    assert_eq!(fit("method = \"plane\"\nradius_mm = 2.0\n"), Some(plane));
+    for wrong in ["method = \"mean\"\n", "radius_mm = 0\n", "radius_mm = 51\n", "radius_mm = \"2\"\n"] {
+        assert_eq!(fit(wrong), None, "{wrong}");
+    }
+}

@@ -4,6 +4,7 @@ use crate::align::{BestFit, DatumHold, FeatureAlignment, MeasuredFeature, PoseUn
 use crate::diagnostic::Refusal;
 use crate::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, Vector3};
 use crate::inspect::*;
+use crate::measure::Card;
 use crate::part::{Part, PartSettings};
 use crate::plan::{AlignmentMethod, CadSide, Side, SlotReading};
 use crate::run::RunContext;
@@ -60,10 +61,12 @@ fn point(row: &Row) -> PointResult {
         verdict,
         reason: deviation.is_none().then(|| "too few points: sheet cannot be told from the belt".to_owned()),
         points_used,
+        card: Card::default(),
         measurement: deviation.map(|deviation_mm| Measurement {
             measured: nominal + direction * deviation_mm,
             deviation_mm,
             uncertainty_mm: uncertainty,
+            budget: Budget { fit_mm: 0.3 * uncertainty, pose_mm: 0.4 * uncertainty, ..Budget::default() },
             rms_mm: 0.05,
             hole: (kind == "hole").then(|| HoleMeasurement {
                 position_mm: 2.0 * deviation_mm.abs(),

@@ -4,6 +4,7 @@
 //! is rounded, so that poses stay proper motions.
 
 use super::json_layout::Layout;
+use super::json_why::{WhyJson, why_json};
 use super::words::{PROGRAM, SCHEMA};
 use crate::align::{BestFit, FeatureAlignment, LockResidual, MeasuredFeature};
 use crate::diagnostic::{Refusal, Rivals};
@@ -161,6 +162,7 @@ struct PointJson<'a> {
     rms_mm: Option<f64>,
     #[serde(flatten)]
     hole: Option<HoleJson>,
+    why: WhyJson,
 }
 
 #[derive(Serialize)]
@@ -309,6 +311,7 @@ fn point_json(point: &PointResult) -> PointJson<'_> {
         reason: point.reason.as_deref(),
         points_used: point.points_used,
         rms_mm: m.map(|m| m.rms_mm),
+        why: why_json(point),
         hole: (point.kind == "hole").then(|| HoleJson {
             position_mm: hole.map(|h| h.position_mm),
             delta_mm: hole.map(|h| h.delta_mm.into()),

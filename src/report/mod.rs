@@ -11,6 +11,7 @@ pub mod example;
 mod foretold;
 pub mod json;
 mod json_layout;
+mod json_why;
 pub mod manifest;
 pub mod palette;
 pub mod pdf;

@@ -6,7 +6,8 @@ use super::forming::FormedSheet;
 use crate::geometry::{LengthUnit, Mesh, Point3, UnitVector3};
 use crate::plan::{
     AlignmentMethod, BackgroundSettings, CadSettings, CadSide, ComparisonPoint, Decision, Feature, Geometry,
-    OutputFormat, OutputSettings, PartInfo, Plan, ScanOrder, ScanSettings, SlotReading, Taken, UncertaintySettings,
+    OutputFormat, OutputSettings, PartInfo, Plan, ScanOrder, ScanSettings, SlotReading, SurfaceFit, Taken,
+    UncertaintySettings,
 };
 use std::path::PathBuf;
 
@@ -149,6 +150,7 @@ impl SyntheticPart {
     pub(super) fn add_comparison(&mut self, name: &str, geometry: Geometry, tolerance_mm: f64) {
         let (name, file) = (name.into(), PathBuf::from("synthetic.toml"));
         self.comparison.push(ComparisonPoint {
+            surface_fit: SurfaceFit::default(),
             name,
             geometry,
             lower_mm: -tolerance_mm,

@@ -42,6 +42,8 @@ impl Errors {
                 self.not_measured += 1;
                 continue;
             };
+            let failed: Vec<_> = point.card.gates.iter().filter(|g| !g.passed()).collect();
+            assert!(failed.is_empty() && point.card.window_mm.is_some(), "{}: {:?}", point.name, point.card);
             let signed = measured.deviation_mm - exact.deviation_mm;
             self.by_point
                 .entry(format!("{} {}", point.name, truth.side))

@@ -20,4 +20,5 @@ mod readers;
 mod stacked_leaves;
 mod study;
 mod support;
+mod surface_methods;
 mod watch;
