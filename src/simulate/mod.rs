@@ -21,6 +21,7 @@ mod rim;
 pub mod scan;
 pub mod settle;
 pub mod shapes;
+mod standing;
 pub mod subject;
 pub mod truth;
 
@@ -31,7 +32,8 @@ pub use files::{Series, simulate_series, write_scan};
 pub use part::SyntheticPart;
 pub use placing::PoseChoice;
 pub use rig::{RigModel, Sampling};
-pub use scan::{Label, SimulatedScan, simulate_scan};
+pub use scan::{Label, SimulatedScan, simulate_scan, simulate_scene};
 pub use shapes::{cover, hemmed, rail, symmetric_plate};
+pub use standing::{InView, Neighbour};
 pub use subject::Subject;
 pub use truth::{Deviation, FeatureTruth, PointTruth, ScanTruth};

@@ -5,11 +5,10 @@
 //! where they look up far enough.
 
 use super::blank::Uv;
-use super::caster::Caster;
 use super::field::SmoothField;
 use super::placing::{PoseChoice, across, put_down, scan_from_belt, signed, unit};
 use super::rig::{RigModel, Sampling, Stream, stream};
-use super::rim::Rims;
+use super::standing::{InView, Neighbour, Standing, stand_beside};
 use super::subject::Subject;
 use super::truth::ScanTruth;
 use crate::geometry::{CadFromScan, Isometry3, Point3, PointCloud, Vector3};
@@ -37,6 +36,8 @@ const DISTORTION_LENGTH_MM: f64 = 20.0;
 pub enum Label {
     /// The part (either face, or the sheet's cut face).
     Part,
+    /// Something else beside the part.
+    Other,
     /// The belt.
     Belt,
     /// A point at a wrong depth.
@@ -59,16 +60,10 @@ pub struct SimulatedScan {
 /// Where everything stands.
 struct Scene<'a> {
     rig: &'a RigModel,
-    caster: Caster,
     subject: &'a Subject,
-    rims: Rims,
-    belt_from_cad: Isometry3,
-    cad_from_belt: Isometry3,
+    /// The part, then its neighbours.
+    standing: Vec<Standing<'a>>,
     scan_from_belt: Isometry3,
-    /// Part's highest point above the belt.
-    top_mm: f64,
-    /// Part's box seen from above.
-    footprint: (Uv, Uv),
     /// The measured area.
     view: (Uv, Uv),
     cameras: [Point3; 4],
@@ -97,8 +92,20 @@ pub fn simulate_scan(
     seed: u64,
     run: &RunContext,
 ) -> Result<SimulatedScan, Cancelled> {
+    simulate_scene((subject, pose), &[], InView::ThePart, rig, seed, run)
+}
+
+/// The same with other things beside the part; the truth is that of the part alone.
+pub fn simulate_scene(
+    (subject, pose): (&Subject, &PoseChoice),
+    neighbours: &[Neighbour],
+    in_view: InView,
+    rig: &RigModel,
+    seed: u64,
+    run: &RunContext,
+) -> Result<SimulatedScan, Cancelled> {
     let seen = subject.with_rims_shifted(rig.edge_shift_mm);
-    let scene = Scene::new(&seen, rig, pose, seed);
+    let scene = Scene::new((&seen, pose), neighbours, in_view, rig, seed);
     run.check()?;
     let rows = ((scene.view.1.y - scene.view.0.y) / rig.pixel_mm()).ceil() as usize;
     let chunks: Result<Vec<Vec<Sample>>, Cancelled> = (0..rows.div_ceil(CHUNK_ROWS))
@@ -111,8 +118,9 @@ pub fn simulate_scan(
         .collect();
     let mut samples: Vec<Sample> = chunks?.into_iter().flatten().collect();
     samples.extend(scene.clutter(&mut stream(seed, Stream::Clutter)));
-    let cad_from_scan = CadFromScan::new(scene.cad_from_belt * scene.scan_from_belt.inverse());
-    let up_cad = scene.cad_from_belt * Vector3::z_axis();
+    let cad_from_belt = scene.standing[0].cad_from_belt;
+    let cad_from_scan = CadFromScan::new(cad_from_belt * scene.scan_from_belt.inverse());
+    let up_cad = cad_from_belt * Vector3::z_axis();
     let side = if subject.upper_direction().dot(&up_cad) >= 0.0 { Side::Top } else { Side::Bottom };
     let truth = ScanTruth::new(subject, cad_from_scan, side, seed);
     Ok(SimulatedScan {
@@ -127,28 +135,32 @@ pub fn simulate_scan(
 }
 
 impl<'a> Scene<'a> {
-    fn new(subject: &'a Subject, rig: &'a RigModel, pose: &PoseChoice, seed: u64) -> Self {
-        let belt_from_cad = put_down(subject, rig, pose, &mut stream(seed, Stream::Pose));
-        let placed: Vec<Point3> = subject.solid.vertices.iter().map(|v| belt_from_cad * v).collect();
-        let box_belt = crate::geometry::Aabb::of_points(&placed)
-            .unwrap_or(crate::geometry::Aabb { min: Point3::origin(), max: Point3::origin() });
-        let footprint = (box_belt.min.xy(), box_belt.max.xy());
+    fn new(
+        (subject, pose): (&'a Subject, &PoseChoice),
+        neighbours: &[Neighbour<'a>],
+        in_view: InView,
+        rig: &'a RigModel,
+        seed: u64,
+    ) -> Self {
+        let own = put_down(subject, rig, pose, &mut stream(seed, Stream::Pose));
+        let mut standing = vec![Standing::new(subject, rig, own)];
+        for neighbour in neighbours {
+            standing.push(stand_beside(&standing[standing.len() - 1], neighbour, rig));
+        }
+        let seen = if in_view == InView::Everything { standing.len() } else { 1 };
+        let low = standing[..seen].iter().fold(standing[0].footprint.0, |low, s| low.inf(&s.footprint.0));
+        let high = standing[..seen].iter().fold(standing[0].footprint.1, |high, s| high.sup(&s.footprint.1));
         let margin = nalgebra::Vector2::repeat(rig.belt_margin_mm);
-        let view = (footprint.0 - margin, footprint.1 + margin);
+        let view = (low - margin, high + margin);
         let half = 0.5 * rig.base_mm;
         let camera = |x: f64, y: f64| Point3::new(x * half, y * half, rig.distance_mm);
         let correlated = rig.depth_correlated_variance_share > 0.0 && rig.correlation_length_mm > 0.0;
         let wear = SmoothField::new(seed, Stream::WearRow, view.0, view.1, 25.0);
         Self {
             rig,
-            caster: Caster::new(&subject.solid),
             subject,
-            rims: Rims::new(subject, rig.rim_rounding_mm),
-            belt_from_cad,
-            cad_from_belt: belt_from_cad.inverse(),
+            standing,
             scan_from_belt: scan_from_belt(rig),
-            top_mm: box_belt.max.z,
-            footprint,
             view,
             cameras: [camera(-1.0, -1.0), camera(1.0, -1.0), camera(-1.0, 1.0), camera(1.0, 1.0)],
             flash: Point3::from(Vector3::from(FLASH) * (rig.distance_mm / 600.0)),
@@ -226,7 +238,7 @@ impl<'a> Scene<'a> {
         let noise = Vector3::new(nx * plane, ny * plane, depth * self.rig.noise_depth_mm);
         let (light, noisier) = match label {
             _ if lit => (1.0, 1.0),
-            Label::Part => SHADOW_ON_PART,
+            Label::Part | Label::Other => SHADOW_ON_PART,
             _ => SHADOW_ON_BELT,
         };
         let noise = noise * noisier;
@@ -246,31 +258,22 @@ impl<'a> Scene<'a> {
         if scale_error == 0.0 {
             return self.scan_from_belt * place;
         }
-        let middle = nalgebra::center(&self.footprint.0, &self.footprint.1);
-        let middle = Point3::new(middle.x, middle.y, 0.5 * self.top_mm);
+        let part = &self.standing[0];
+        let middle = nalgebra::center(&part.footprint.0, &part.footprint.1);
+        let middle = Point3::new(middle.x, middle.y, 0.5 * part.top_mm);
         self.scan_from_belt * (place + (place - middle) * scale_error)
     }
 
     /// What the ray down on `q` meets: place and normal in the belt frame, and how far the rounded rim lies below that place
     /// (mm; it is as visible as the sharp one); `None` on a cut face that is not seen.
     fn surface(&self, q: &Uv) -> Option<(Point3, Vector3, Label, f64)> {
-        let belt = Some((Point3::new(q.x, q.y, 0.0), Vector3::z(), Label::Belt, 0.0));
-        let (low, high) = self.footprint;
-        if q.x < low.x || q.y < low.y || q.x > high.x || q.y > high.y {
-            return belt;
-        }
-        let height = self.top_mm + 1.0;
-        let origin = self.cad_from_belt * Point3::new(q.x, q.y, height);
-        let down = self.cad_from_belt * -Vector3::z();
-        let Some(hit) = self.caster.first(&origin, &down, 0.0, height) else { return belt };
-        let place = origin + down * hit.t;
-        let triangle = hit.triangle as usize;
-        if !self.rig.cut_faces_seen && triangle >= self.subject.upper_triangles + self.subject.lower_triangles {
-            return None;
-        }
-        let Some(normal) = self.subject.solid.normal(triangle) else { return belt };
-        let rounded_off = self.rims.rounded(triangle, &place).unwrap_or(0.0);
-        Some((self.belt_from_cad * place, self.belt_from_cad * normal.into_inner(), Label::Part, rounded_off))
+        let labels = std::iter::once(Label::Part).chain(std::iter::repeat(Label::Other));
+        let met = self.standing.iter().zip(labels).filter_map(|(s, label)| Some((s.met(q, self.rig)?, label)));
+        let highest = met.reduce(|a, b| if b.0.place.z > a.0.place.z { b } else { a });
+        let Some((met, label)) = highest else {
+            return Some((Point3::new(q.x, q.y, 0.0), Vector3::z(), Label::Belt, 0.0));
+        };
+        met.seen.map(|(normal, rounded_off)| (met.place, normal, label, rounded_off))
     }
 
     /// Whether both cameras of a bar see the place.
@@ -283,23 +286,9 @@ impl<'a> Scene<'a> {
         (sees(&self.cameras[0]) && sees(&self.cameras[1])) || (sees(&self.cameras[2]) && sees(&self.cameras[3]))
     }
 
-    /// Whether the part stands between a place and a viewer.
+    /// Whether anything stands between a place and a viewer.
     fn is_hidden(&self, place: &Point3, viewer: &Point3) -> bool {
-        let towards = viewer - place;
-        // Above the part's top the way is free; most places of the belt see it over the footprint's rim only.
-        let t = ((self.top_mm - place.z) / towards.z).clamp(0.0, 1.0);
-        let leaves = place + towards * t;
-        let (low, high) = self.footprint;
-        if place.x.max(leaves.x) < low.x
-            || place.y.max(leaves.y) < low.y
-            || place.x.min(leaves.x) > high.x
-            || place.y.min(leaves.y) > high.y
-        {
-            return false;
-        }
-        // 0.02 mm free of the own surface.
-        let from = 0.02 / towards.norm();
-        self.caster.is_blocked(&(self.cad_from_belt * place), &(self.cad_from_belt * towards), from, t)
+        self.standing.iter().any(|s| s.hides(place, viewer))
     }
 
     fn colour(&self, q: &Uv, normal: &Vector3, label: Label, light: f64, tint: f64) -> [u8; 3] {
@@ -318,7 +307,7 @@ impl<'a> Scene<'a> {
             for _ in 0..self.rig.clutter_per_hole {
                 let (a, b, depth) = (signed(rng), signed(rng), 0.3 * signed(rng));
                 let Some(place) = in_opening(geometry, a, b, depth) else { continue };
-                let place = self.belt_from_cad * self.subject.displaced(&place);
+                let place = self.standing[0].belt_from_cad * self.subject.displaced(&place);
                 let colour = self.colour(&place.xy(), &Vector3::z(), Label::Clutter, SHADOW_ON_PART.0, 0.0);
                 samples.push(Sample { place, colour, label: Label::Clutter });
             }

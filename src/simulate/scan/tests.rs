@@ -1,4 +1,5 @@
 use super::*;
+use crate::simulate::caster::Caster;
 use crate::simulate::{BracketParameters, bracket};
 
 fn scan(rig: &RigModel, side: Side, seed: u64) -> (Subject, SimulatedScan) {
@@ -126,7 +127,8 @@ fn a_part_hides_the_belt_beside_it_and_throws_a_shadow() {
     let view_pixels = {
         let subject = Subject::perfect(&bracket(&BracketParameters::default()));
         let rig = RigModel::perfect(0.6);
-        let scene = Scene::new(&subject, &rig, &PoseChoice::side(&subject, Side::Top), 3);
+        let pose = PoseChoice::side(&subject, Side::Top);
+        let scene = Scene::new((&subject, &pose), &[], InView::ThePart, &rig, 3);
         let size = (scene.view.1 - scene.view.0) / rig.pixel_mm();
         (size.x.ceil() * size.y.ceil()) as usize
     };
