@@ -3,7 +3,7 @@
 use crate::diagnostic::{Refusal, Rivals, Stop};
 use crate::geometry::Point3;
 use crate::part::Part;
-use crate::scan::ConditionedScan;
+use crate::scan::{APART_SPACINGS, ConditionedScan};
 
 /// Fewer kept points tell no pose.
 const LEAST_POINTS: usize = 150;
@@ -118,6 +118,58 @@ pub(super) fn unlike(coverage: f64, explained: f64, against: super::evidence::Ag
         .into());
     }
     Ok(())
+}
+
+/// Instead of the refusal of something that is larger than the part and hangs together.
+pub(super) fn touching([seen_mm2, part_mm2]: [f64; 2], spacing_mm: f64, refusal: &Refusal) -> Refusal {
+    let apart_mm = (APART_SPACINGS * spacing_mm).ceil().max(2.0);
+    Refusal::new(
+        format!(
+            "{:.0} cm² hang together in view, the part has {:.0} cm²: parts that touch or overlap, or a part and belt left on it, cannot be told apart ({})",
+            seen_mm2 / 100.0,
+            part_mm2 / 100.0,
+            refusal.reason
+        ),
+        format!(
+            "leave {apart_mm:.0} mm or more between parts, and between the part and anything else, as the camera sees them; where belt was left, see [background]; or {}",
+            refusal.help
+        ),
+    )
+}
+
+/// Nothing in view is large enough to be the part, and all of it together is too large.
+pub(super) fn pieces(part_mm2: f64) -> Refusal {
+    Refusal::new(
+        format!("several things are in view, and none is large enough to be the part ({:.0} cm²)", part_mm2 / 100.0),
+        "check that the whole part is in view and that the [background] settings leave it, or that the plan names its CAD",
+    )
+}
+
+/// A pose that leaves out what speaks against it.
+pub(super) fn contradicted() -> Refusal {
+    Refusal::new(
+        "the scan does not look like the plan's part: something lies over or under where a part of it would be",
+        "check that the plan names the CAD of this part, and that nothing lies on it or under it",
+    )
+}
+
+/// Of several things none is the part.
+pub(super) fn none_of(count: usize, largest: &Refusal) -> Refusal {
+    let reason = format!("of {count} things in view none is the plan's part; of the largest: {}", largest.reason);
+    Refusal { reason, ..largest.clone() }
+}
+
+/// Two parts of the plan's kind; their middles in the scan's frame.
+pub(super) fn two_parts(one: &Point3, other: &Point3) -> Refusal {
+    let place = |p: &Point3| format!("({:.0}, {:.0}, {:.0})", p.x, p.y, p.z);
+    Refusal::new(
+        format!(
+            "two parts of the plan's kind are in view, around {} and {} of the scan: one verdict cannot be that of both",
+            place(one),
+            place(other)
+        ),
+        "let one of them at a time into view, or cut the scan so that each of its files shows one",
+    )
 }
 
 /// Two poses fit almost alike.

@@ -4,7 +4,7 @@ use super::comparison::compare;
 use super::map::deviation_map;
 use super::result::{CloudCounts, Identity, Inspection, InspectionResult, Outcome};
 use super::verdict::of_part;
-use crate::align::{self, AlignmentInput, BestFit, DatumHold, FeatureAlignment, align_on_plan};
+use crate::align::{self, AlignmentInput, BestFit, DatumHold, FeatureAlignment, InView, align_on_plan};
 use crate::diagnostic::{Refusal, Stop};
 use crate::geometry::{Aabb, PointCloud};
 use crate::io::unit_guard;
@@ -35,7 +35,7 @@ pub fn inspect(
     let (outcome, scan) = match condition(plan, part, cloud, run) {
         Err(Stop::Refused(refusal)) => (Outcome::Refused(refusal), None),
         Err(Stop::Cancelled(cancelled)) => return Err(cancelled),
-        Ok((scan, points_read)) => match measure_conditioned(plan, part, &scan, points_read, run) {
+        Ok((mut scan, points_read)) => match measure_conditioned(plan, part, &mut scan, points_read, run) {
             Ok(inspection) => (Outcome::Measured(Box::new(inspection)), Some(scan)),
             Err(Stop::Refused(refusal)) => (Outcome::Refused(refusal), Some(scan)),
             Err(Stop::Cancelled(cancelled)) => return Err(cancelled),
@@ -71,28 +71,32 @@ fn condition(plan: &Plan, part: &Part, cloud: PointCloud, run: &RunContext) -> R
     let points_read = cloud.len() + cloud.skipped_invalid;
     run.enter(Stage::Background)?;
     check_raw_units(&cloud, part)?;
+    Ok((scan::condition(cloud, &plan.background, &hints(plan, part), run)?, points_read))
+}
+
+fn hints(plan: &Plan, part: &Part) -> ScanHints {
     let extents = part.bounds.extents();
-    let hints = ScanHints {
+    ScanHints {
         view_direction: plan.scans.view_direction,
         part_extents_mm: [extents.x, extents.y, extents.z],
         part_area_mm2: part.face(Side::Top).mesh.area(),
         thickness_mm: part.thickness_mm,
-    };
-    Ok((scan::condition(cloud, &plan.background, &hints, run)?, points_read))
+    }
 }
 
 fn measure_conditioned(
     plan: &Plan,
     part: &Part,
-    scan: &ConditionedScan,
+    scan: &mut ConditionedScan,
     points_read: usize,
     run: &RunContext,
 ) -> Result<Inspection, Stop> {
     check_units(scan, part)?;
     run.enter(Stage::BestFit)?;
-    let best_fit = align::best_fit(part, scan, run)?;
+    let InView { best_fit, warnings: others } = align::find_part(part, scan, &hints(plan, part), run)?;
     run.enter(Stage::Features)?;
     let grid = PointGrid::build(scan, grid_cell_mm(scan));
+    let scan = &*scan;
     let input = AlignmentInput { plan, part, scan, grid: &grid };
     let (alignment, pose_uncertainty) = align_on_plan(&input, &best_fit, run)?;
     run.enter(Stage::Comparison)?;
@@ -104,6 +108,7 @@ fn measure_conditioned(
     let map = deviation_map(scan, part, best_fit.face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
     let verdict = of_part(&compared.points, alignment.degraded.is_some());
     let mut warnings = warnings(scan, &best_fit, &alignment);
+    warnings.extend(others);
     warnings.extend(compared.warnings);
     warnings.extend(map.far_crowd.map(|crowd| {
         let [x, y, z]: [f64; 3] = crowd.centre.coords.into();

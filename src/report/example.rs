@@ -157,7 +157,7 @@ fn alignment() -> FeatureAlignment {
 /// A failed bracket with every verdict and every kind in it.
 pub fn bracket() -> InspectionResult {
     let (points_read, points_kept) = (2_000_000, 1_313_042);
-    let removed = Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0 };
+    let removed = Removed { invalid: 0, duplicate: 0, belt: 600_000, colour: 0, dark: 86_958, stray: 0, other: 0 };
     let statistics = MapStatistics {
         points: points_kept,
         mean_mm: -0.061,

@@ -358,7 +358,7 @@ mod tests {
         let value: Value = serde_json::from_str(&text).unwrap();
         let has = |at: &Value, keys: &str| keys.split(' ').all(|k| at.get(k).is_some());
         assert!(has(&value["scan"], "file sha256 taken points_read points_kept removed"));
-        assert!(has(&value["scan"]["removed"], "invalid duplicate belt colour dark stray"));
+        assert!(has(&value["scan"]["removed"], "invalid duplicate belt colour dark stray other"));
         assert!(has(&value["best_fit"], "cad_from_scan rms_mm inlier_ratio margin poses_tried"));
         assert!(has(&value["alignment"], "method cad_from_scan degraded features"));
         assert!(has(&value["alignment"]["features"][0], "name kind centre axis diameter_mm points_used rms_mm"));

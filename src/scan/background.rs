@@ -8,6 +8,7 @@
 
 use super::belt::{Sample, refine};
 use super::belt_judge::{Verdict, find_belt};
+use super::bodies::are_parts_alone;
 use super::colour::{BeltColours, automatic_luminance_min, luminance};
 use super::conditioned::{BeltPlane, ConditionedScan, PointClass, Removed};
 use super::duplicates::{duplicates, leave_out, warning_of_duplicates};
@@ -107,6 +108,7 @@ impl Outcome {
             colour: count(PointClass::Colour),
             dark: count(PointClass::Dark),
             stray: count(PointClass::Stray),
+            other: 0,
         };
         ConditionedScan {
             cloud,
@@ -153,7 +155,7 @@ fn attempt(
         classes[k as usize] = PointClass::Duplicate;
     }
     run.check()?;
-    let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints, &mut warnings)?;
+    let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints)?;
     let told = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));
     let to_camera = told.or_else(|| mean_normal(cloud, &kept));
     let belt_clearance_mm = belt.map(|_| rules.clearance_mm);
@@ -224,6 +226,10 @@ fn search_belt(
     let each_for = bright.len() as f64 / points.len() as f64;
     let sample = Sample { points, belt_coloured, texture, each_for };
     match find_belt(&sample, hints) {
+        Verdict::Belt(rough) if are_parts_alone(&cloud.positions, bright, &rough, texture, hints) => {
+            warnings.push("no belt plane in view: what is in view are parts, each no larger than the CAD".into());
+            None
+        }
         Verdict::Belt(rough) => {
             let points: Vec<Point3> =
                 stratified(bright.len(), 50_000, 4).iter().map(|k| cloud.positions[index(k)]).collect();
@@ -275,7 +281,6 @@ fn settle_kept(
     overall: Texture,
     rules: &Rules,
     hints: &ScanHints,
-    warnings: &mut Vec<String>,
 ) -> Result<(Vec<u32>, f64), Refusal> {
     let candidates = kept_indices(classes);
     if candidates.len() < FEWEST_POINTS {
@@ -293,13 +298,6 @@ fn settle_kept(
     }
     let kept = kept_indices(classes);
     let spacing_mm = texture(&cloud.positions, &kept, 6).map_or(overall.spacing_mm, |t| t.spacing_mm);
-    if hints.has_size() && body_mm2 > 1.5 * hints.part_area_mm2 {
-        warnings.push(format!(
-            "{:.0} cm² are left, more than the part's {:.0} cm²: something else is in view, or belt was left",
-            body_mm2 / 100.0,
-            hints.part_area_mm2 / 100.0
-        ));
-    }
     Ok((kept, spacing_mm))
 }
 

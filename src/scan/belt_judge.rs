@@ -106,12 +106,17 @@ fn spread_ratio(sample: &Sample, plane: &BeltPlane) -> f64 {
 /// Sides of the smallest rectangle about the points' outline on the plane, the longer first; one per cent of the points may
 /// lie outside at each side.
 fn smallest_rectangle(points: &[Point3], plane: &BeltPlane) -> [f64; 2] {
-    const TURNS: usize = 30;
     let (u, v) = tangents(&plane.normal);
     // The outline needs no more than a thousand points.
     let step = points.len().div_ceil(1500).max(1);
     let flat: Vec<(f64, f64)> =
         points.iter().step_by(step).map(|p| ((p - plane.point).dot(&u), (p - plane.point).dot(&v))).collect();
+    rectangle_about(&flat)
+}
+
+/// The same about places in a plane.
+pub(super) fn rectangle_about(flat: &[(f64, f64)]) -> [f64; 2] {
+    const TURNS: usize = 30;
     let extent = |angle: f64| {
         let (s, c) = angle.sin_cos();
         let mut along: Vec<f64> = flat.iter().map(|(x, y)| c * x + s * y).collect();

@@ -18,6 +18,9 @@ pub struct Removed {
     pub dark: usize,
     /// Far from the component that is the part (noise, other things in view).
     pub stray: usize,
+    /// Of another part or thing in view, told by the alignment.
+    #[serde(default)]
+    pub other: usize,
 }
 
 /// What a point was taken for.
@@ -36,6 +39,8 @@ pub enum PointClass {
     Dark,
     /// Far from the component that is the part.
     Stray,
+    /// Of another part or thing in view.
+    Other,
 }
 
 /// The belt as fitted, scan frame.
@@ -78,4 +83,47 @@ pub struct ConditionedScan {
     pub spacing_mm: f64,
     /// What somebody should know.
     pub warnings: Vec<String>,
+}
+
+impl ConditionedScan {
+    /// Keeps only some of the points kept before (`everything`, ascending, as well as `kept`); the others are of other things.
+    pub fn set_other(&mut self, everything: &[u32], kept: Vec<u32>) {
+        for &k in everything {
+            self.classes[k as usize] = PointClass::Other;
+        }
+        for &k in &kept {
+            self.classes[k as usize] = PointClass::Kept;
+        }
+        self.removed.other += everything.len() - kept.len();
+        self.kept = kept;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vector3;
+
+    fn scan(sigma_mm: f64, clearance_mm: f64) -> ConditionedScan {
+        let classes = vec![PointClass::Belt, PointClass::Kept, PointClass::Colour, PointClass::Kept];
+        ConditionedScan {
+            cloud: PointCloud { positions: vec![Point3::origin(); 4], ..PointCloud::default() },
+            classes,
+            kept: vec![1, 3],
+            removed: Removed { belt: 1, colour: 1, ..Removed::default() },
+            belt: Some(BeltPlane { point: Point3::origin(), normal: Vector3::z_axis(), sigma_mm }),
+            belt_clearance_mm: Some(clearance_mm),
+            to_camera: None,
+            spacing_mm: 1.0,
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn each_point_stays_counted_once() {
+        let mut scan = scan(0.1, 0.35);
+        scan.set_other(&[1, 3], vec![3]);
+        assert_eq!((scan.kept.clone(), scan.removed.other, scan.removed.belt), (vec![3], 1, 1));
+        assert_eq!(scan.classes[1], PointClass::Other);
+    }
 }

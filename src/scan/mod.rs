@@ -5,6 +5,7 @@ pub mod background;
 mod background_tests;
 mod belt;
 mod belt_judge;
+pub mod bodies;
 mod colour;
 pub mod conditioned;
 mod duplicates;
@@ -18,6 +19,7 @@ mod stray;
 mod synthetic;
 
 pub use background::condition;
+pub use bodies::{APART_SPACINGS, Bodies, Body};
 pub use conditioned::*;
 pub use grid::PointGrid;
 pub use hints::ScanHints;

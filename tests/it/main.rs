@@ -21,4 +21,5 @@ mod stacked_leaves;
 mod study;
 mod support;
 mod surface_methods;
+mod things_in_view;
 mod watch;

@@ -275,17 +275,21 @@ fn map_and_fit(page: &mut Page<'_>, result: &InspectionResult, inspection: &Insp
 
 fn background(page: &mut Page<'_>, inspection: &Inspection, y: f64) {
     let r = &inspection.removed;
+    let (away, others) = match r.other {
+        0 => ("Stray", String::new()),
+        count => ("Stray, other", format!(", {}", thousands(count))),
+    };
     let rows = [
-        ("Points read", inspection.points_read),
-        ("Invalid", r.invalid),
-        ("Duplicate", r.duplicate),
-        ("Belt", r.belt),
-        ("Colour", r.colour),
-        ("Dark", r.dark),
-        ("Stray", r.stray),
-        ("Points kept", inspection.points_kept),
+        ("Points read", thousands(inspection.points_read)),
+        ("Invalid", thousands(r.invalid)),
+        ("Duplicate", thousands(r.duplicate)),
+        ("Belt", thousands(r.belt)),
+        ("Colour", thousands(r.colour)),
+        ("Dark", thousands(r.dark)),
+        (away, thousands(r.stray) + &others),
+        ("Points kept", thousands(inspection.points_kept)),
     ]
-    .map(|(name, count)| (name.to_owned(), thousands(count)));
+    .map(|(name, count)| (name.to_owned(), count));
     pairs(page, "Background", 162.8, RIGHT, y, &rows);
 }
 
