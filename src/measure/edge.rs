@@ -13,8 +13,7 @@ use super::rim::{Rim, is_of_a_leaf_behind, rims_near};
 use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
-    Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, covered_share, fit_soft_edge,
-    refine_soft_edge,
+    Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, fit_soft_edge, refine_soft_edge,
 };
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
@@ -115,7 +114,7 @@ pub fn edge_with_card(
     let fit = final_fit(&sheet, &strip, rough, h)?;
     card.residual_mm = Some(layer.sigma_mm);
     card.window_mm = Some(strip.along[1] - strip.along[0]);
-    check(&fit, &sheet, search_mm, card)?;
+    check(&fit, search_mm, card)?;
     // A notch or a tab reaches further than what the fit looks at.
     let further = deep_mm(h) + h;
     let deep_strip = strip_along_edge(&frame, &rims, half, further - rough, further + rough, h);
@@ -479,9 +478,9 @@ fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> 
         let mut settings = SoftEdgeSettings::new(local_spacing_mm);
         settings.clutter = clutter_share(&points, &start, &window, local_spacing_mm);
         let fit = if wide {
-            refine_soft_edge(&points, window, &start, &settings.with_tau(0.7 * local_spacing_mm))
+            refine_soft_edge(&points, &window, &start, &settings.with_tau(0.7 * local_spacing_mm))
         } else {
-            fit_soft_edge(&points, window, &start, &settings)
+            fit_soft_edge(&points, &window, &start, &settings)
         };
         let mut fit = fit.map_err(|e| match e {
             SoftEdgeError::TooFewPoints { found, needed } => NotFound::too_few(found, needed),
@@ -498,7 +497,7 @@ fn final_fit(sheet: &[[f64; 2]], strip: &Strip, rough: f64, spacing_mm: f64) -> 
     result.ok_or_else(|| NotFound::new("the search for the edge did not start", sheet.len()))
 }
 
-fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64, card: &mut Card) -> Result<(), NotFound> {
+fn check(fit: &SoftEdgeFit<Edge>, search_mm: f64, card: &mut Card) -> Result<(), NotFound> {
     let not = |reason: String| Err(NotFound::new(reason, fit.points));
     let spacing = fit.density_per_mm2.sqrt().recip();
     card.spacing_mm = Some(spacing);
@@ -512,7 +511,7 @@ fn check(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], search_mm: f64, card: &mut
     if !card.at_most("turn of the edge against the CAD's", "deg", angle, MOST_TURNED.atan().to_degrees()) {
         return not(format!("the edge found is turned by {angle:.0}° against the CAD's"));
     }
-    let covered = covered_share(sheet, &fit.outline, spacing);
+    let covered = fit.outline_seen;
     card.covered = Some(covered);
     if !card.at_least("share of the edge beside which points stand", "", covered, LEAST_COVERED) {
         return not(format!(

@@ -29,11 +29,16 @@ pub fn final_fit<O: Opening>(
     obstacles: &[[f64; 2]],
     spacing_mm: f64,
 ) -> Result<Gap<O>, NotFound> {
-    let fit = |start: &O| fit_twice(sheet, start, obstacles, spacing_mm);
-    let gap = match fit(rough) {
-        Err((SoftEdgeError::NoEdge, _)) => fit(&to_the_points(sheet, rough, spacing_mm)),
-        other => other,
-    };
+    let fit = |start: &O, passes: &[Pass]| fit_in_passes(sheet, start, obstacles, spacing_mm, passes);
+    let is_no_edge = |gap: &Result<Gap<O>, (SoftEdgeError, usize)>| matches!(gap, Err((SoftEdgeError::NoEdge, _)));
+    let mut gap = fit(rough, &[Pass::Wide, Pass::Exact]);
+    if is_no_edge(&gap) {
+        gap = fit(&to_the_points(sheet, rough, spacing_mm), &[Pass::Wide, Pass::Exact]);
+    }
+    if is_no_edge(&gap) {
+        // Where much of the rim is hidden a wide blur runs away.
+        gap = fit(rough, &[Pass::Exact]);
+    }
     gap.map_err(|(error, points)| match error {
         SoftEdgeError::TooFewPoints { found, needed } => NotFound::too_few(found, needed),
         SoftEdgeError::NoEdge => NotFound::new(format!("the points show no {} here", O::WORD), points),
@@ -58,28 +63,36 @@ fn to_the_points<O: Opening>(sheet: &[[f64; 2]], outline: &O, spacing_mm: f64) -
     outlines.rfind(|(held, o)| empty_enough(*held, o)).map_or_else(|| outline.clone(), |(_, o)| o)
 }
 
-/// Fits twice, each time in a window that follows the outline: grown by the margin, cut half-way to the neighbours. Why there is no
-/// fit comes with the points of the window.
-fn fit_twice<O: Opening>(
+/// How a fit sees the rim.
+#[derive(Clone, Copy, PartialEq)]
+enum Pass {
+    /// With a blur that still sees a few spacings far.
+    Wide,
+    /// With its own blur, clutter and voids.
+    Exact,
+}
+
+/// Fits once or twice, each time in a window that follows the outline: grown by the margin, cut half-way to the neighbours. Why there is
+/// no fit comes with the points of the window.
+fn fit_in_passes<O: Opening>(
     sheet: &[[f64; 2]],
     rough: &O,
     obstacles: &[[f64; 2]],
     spacing_mm: f64,
+    passes: &[Pass],
 ) -> Result<Gap<O>, (SoftEdgeError, usize)> {
     let mut start = rough.clone();
     let mut local_spacing_mm = spacing_mm;
     let mut result = Err((SoftEdgeError::NoEdge, sheet.len()));
-    for wide in [true, false] {
+    for pass in passes {
         let centre = start.centre();
         let (points, window) = window_points(sheet, &start, obstacles, spacing_mm);
         let origin = start.centred_at([0.0, 0.0]);
         let mut settings = SoftEdgeSettings::new(local_spacing_mm);
         settings.clutter = clutter_share(&points, &origin, &window, local_spacing_mm);
-        let fit = if wide {
-            // All of the shape, with a blur that still sees a few spacings far.
-            refine_soft_edge(&points, window, &origin, &settings.with_tau(0.7 * local_spacing_mm))
-        } else {
-            fit_soft_edge(&points, window, &origin, &settings)
+        let fit = match pass {
+            Pass::Wide => refine_soft_edge(&points, &window, &origin, &settings.with_tau(0.7 * local_spacing_mm)),
+            Pass::Exact => fit_soft_edge(&points, &window, &origin, &settings),
         };
         let mut fit = fit.map_err(|e| (e, points.len()))?;
         let [u, v] = fit.outline.centre();
@@ -87,7 +100,11 @@ fn fit_twice<O: Opening>(
         start = fit.outline.clone();
         // The sheet leans, or its gate is narrow: its points are further apart than the scan's typical ones.
         local_spacing_mm = fit.density_per_mm2.sqrt().recip();
-        let gain = fit.log_likelihood - closed_log_likelihood(&points, &window, settings.gradient_sigma);
+        let closed = match &fit.kept {
+            Some(kept) => closed_log_likelihood(&kept.points, &kept.moments, window.reach_mm, settings.gradient_sigma),
+            None => closed_log_likelihood(&points, &window.moments, window.reach_mm, settings.gradient_sigma),
+        };
+        let gain = fit.log_likelihood - closed;
         result = Ok(Gap { fit, gain });
     }
     result
@@ -163,4 +180,28 @@ fn clipped(corners: &[[f64; 2]], cut: &Cut) -> Vec<[f64; 2]> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::soft_edge::Circle;
+
+    /// Half of a hole's surroundings lies in shadow: what is left tells a circle, and how much of its rim was seen.
+    #[test]
+    fn a_rim_half_in_shadow_is_told_as_half_seen() {
+        const SPACING_MM: f64 = 0.2;
+        let hole = Circle { centre: [0.0, 0.0], radius: 4.0 };
+        for shadow_from_mm in [0.0, -0.6] {
+            let lattice = (-40..=40).flat_map(|i| (-40..=40).map(move |j| [f64::from(i), f64::from(j)]));
+            let place = |p: [f64; 2]| [p[0] * SPACING_MM + 0.07 * p[1].sin(), p[1] * SPACING_MM + 0.07 * p[0].sin()];
+            let seen = |p: &[f64; 2]| p[0].hypot(p[1]) > 4.0 && p[0] < shadow_from_mm;
+            let sheet: Vec<[f64; 2]> = lattice.map(place).filter(seen).collect();
+            let gap = final_fit(&sheet, &hole, &[], SPACING_MM).unwrap();
+            // acos(0.6 / 4) is 0.95 of a quarter turn; at either end a stretch of three spacings may count either way: 0.05 of the rim.
+            let share = f64::acos(-shadow_from_mm / 4.0) / std::f64::consts::PI;
+            let told = gap.fit.outline_seen;
+            assert!((told - share).abs() < 0.06, "{told} of {share}");
+        }
+    }
 }

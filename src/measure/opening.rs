@@ -10,7 +10,7 @@ use super::rim::{is_of_a_leaf_behind, rims_near};
 use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
-use crate::fit::soft_edge::{Outline, SoftEdgeFit, SoftEdgeSettings, Window, covered_share, refine_soft_edge};
+use crate::fit::soft_edge::{Outline, SoftEdgeFit, SoftEdgeSettings, Window, refine_soft_edge};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use nalgebra::Matrix3;
 
@@ -254,7 +254,7 @@ fn search<O: Opening>(
         let mut outline = start.clone();
         let mut fit = None;
         for tau in taus {
-            let next = refine_soft_edge(&thinned, window, &outline, &settings.with_tau(*tau)).ok()?;
+            let next = refine_soft_edge(&thinned, &window, &outline, &settings.with_tau(*tau)).ok()?;
             outline = next.outline.clone();
             fit = Some(next);
         }
@@ -421,7 +421,7 @@ fn check<O: Opening>(
             nominal.sizes_in_words()
         ));
     }
-    let covered = covered_share(sheet, &fit.outline, spacing_mm);
+    let covered = fit.outline_seen;
     card.covered = Some(covered);
     if !card.at_least("share of the rim beside which points stand", "", covered, LEAST_COVERED) {
         return not(format!(

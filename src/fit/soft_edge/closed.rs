@@ -1,6 +1,6 @@
 //! The likelihood of points when there is no outline at all.
 
-use super::Window;
+use super::outline::Moments;
 use nalgebra::{Matrix2, Vector2};
 use std::cmp::Ordering;
 
@@ -9,12 +9,14 @@ use std::cmp::Ordering;
 ///
 /// Newton's iteration for the gradient `g` (told over the window's reach) of
 /// `sum log(1 + g.x) - N log(A + g.M) - |g|² / 2 sigma²`.
-pub fn closed_log_likelihood(points: &[[f64; 2]], window: &Window, gradient_sigma: f64) -> f64 {
+///
+/// `moments` are the window's area and first moments, without its voids.
+pub fn closed_log_likelihood(points: &[[f64; 2]], moments: &Moments, reach_mm: f64, gradient_sigma: f64) -> f64 {
     const STEPS: usize = 30;
     let count = points.len() as f64;
-    let scale = 1.0 / window.reach_mm;
+    let scale = 1.0 / reach_mm;
     let places: Vec<Vector2<f64>> = points.iter().map(|p| Vector2::new(p[0], p[1]) * scale).collect();
-    let [area, mu, mv] = window.moments;
+    let [area, mu, mv] = *moments;
     let middle = Vector2::new(mu, mv) * scale;
     let weight = 1.0 / (gradient_sigma * gradient_sigma);
     let value = |g: &Vector2<f64>| {
@@ -58,13 +60,13 @@ mod tests {
     fn gradient_found_is_the_best() {
         let lattice: Vec<[f64; 2]> =
             (0..400).map(|k| [(k % 20) as f64 * 0.1 - 0.95, (k / 20) as f64 * 0.1 - 0.95]).collect();
-        let window = Window::rectangle([-1.0, -1.0], [1.0, 1.0]);
-        let even = closed_log_likelihood(&lattice, &window, 0.3);
+        let square = [4.0, 0.0, 0.0];
+        let even = closed_log_likelihood(&lattice, &square, 1.0, 0.3);
         // By symmetry the best gradient is none.
         assert!((even + 400.0 * 4.0_f64.ln()).abs() < 1e-9, "{even}");
         let thinned: Vec<[f64; 2]> =
             lattice.iter().enumerate().filter(|(k, p)| p[0] > -0.3 || k % 2 == 0).map(|(_, p)| *p).collect();
-        let found = closed_log_likelihood(&thinned, &window, 0.3);
+        let found = closed_log_likelihood(&thinned, &square, 1.0, 0.3);
         let with = |g: f64| {
             let sum: f64 = thinned.iter().map(|p| (1.0 + g * p[0]).ln()).sum();
             sum - thinned.len() as f64 * 4.0_f64.ln() - 0.5 * (g / 0.3).powi(2)

@@ -15,11 +15,13 @@ pub fn density(z: f64) -> f64 {
 
 /// Distribution function and density at `z`. The former by cubic Hermite interpolation between tabulated values with the
 /// known slopes: absolute error below 1e-10, and continuous with its first derivative, which line searches need.
+#[inline]
 pub fn distribution_and_density(z: f64) -> (f64, f64) {
     (distribution(z), if z.abs() < REACH { density(z) } else { 0.0 })
 }
 
 /// The distribution function of [`distribution_and_density`] alone.
+#[inline]
 pub fn distribution(z: f64) -> f64 {
     if z >= REACH {
         return 1.0;

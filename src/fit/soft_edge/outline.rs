@@ -23,15 +23,32 @@ pub trait Outline: Clone {
     /// The parameter that moves the whole outline along its normal, and the sign with which it grows the void.
     const DEPTH: (usize, f64);
 
-    /// Signed distance of a place in mm, positive in the material; its derivatives by the shape parameters go to `gradient`.
-    fn signed_mm(&self, place: [f64; 2], gradient: &mut [f64; MAX_SHAPE]) -> f64;
+    /// A function that tells the signed distance of a place in mm, positive in the material, and puts its derivatives by the shape
+    /// parameters into its second argument. What is the same for all places is computed once.
+    fn distances(&self) -> impl Fn([f64; 2], &mut [f64; MAX_SHAPE]) -> f64;
+
+    /// Signed distance of a single place in mm, as [`Outline::distances`] tells it.
+    fn signed_mm(&self, place: [f64; 2], gradient: &mut [f64; MAX_SHAPE]) -> f64 {
+        self.distances()(place, gradient)
+    }
 
     /// Moments of the blurred void inside the window, and their derivatives by the shape parameters (the last entry is the
     /// derivative by tau).
     fn void(&self, tau_mm: f64) -> (Moments, [Moments; MAX_SHAPE + 1]);
 
+    /// Whether the outline ends where it begins.
+    const CLOSED: bool;
+    /// Shape parameters whose variances are told together: from and to (not included).
+    const BLOCKS: &'static [[usize; 2]];
+
+    /// The shape parameters.
+    fn parameters(&self) -> [f64; MAX_SHAPE];
+
     /// Where along the outline a place lies, 0..1 of its length.
     fn along(&self, place: [f64; 2]) -> f64;
+
+    /// The place on the outline at that share (0..1) of its length.
+    fn place_at(&self, along: f64) -> [f64; 2];
 
     /// Length of the outline in the window, mm.
     fn length_mm(&self) -> f64;
@@ -60,14 +77,19 @@ impl Outline for Circle {
     const IS_ANGLE: [bool; MAX_SHAPE] = [false; MAX_SHAPE];
     const DEPTH: (usize, f64) = (2, 1.0);
 
-    fn signed_mm(&self, place: [f64; 2], gradient: &mut [f64; MAX_SHAPE]) -> f64 {
-        let (x, y) = (place[0] - self.centre[0], place[1] - self.centre[1]);
-        let distance = x.hypot(y);
-        let inverse = if distance > 0.0 { 1.0 / distance } else { 0.0 };
-        gradient[0] = -x * inverse;
-        gradient[1] = -y * inverse;
-        gradient[2] = -1.0;
-        distance - self.radius
+    #[inline]
+    fn distances(&self) -> impl Fn([f64; 2], &mut [f64; MAX_SHAPE]) -> f64 {
+        let Self { centre, radius } = *self;
+        move |place, gradient| {
+            let (x, y) = (place[0] - centre[0], place[1] - centre[1]);
+            // Quicker than hypot; these are some mm, whose squares neither overflow nor vanish.
+            let distance = (x * x + y * y).sqrt();
+            let inverse = if distance > 0.0 { 1.0 / distance } else { 0.0 };
+            gradient[0] = -x * inverse;
+            gradient[1] = -y * inverse;
+            gradient[2] = -1.0;
+            distance - radius
+        }
     }
 
     fn void(&self, tau_mm: f64) -> (Moments, [Moments; MAX_SHAPE + 1]) {
@@ -80,8 +102,20 @@ impl Outline for Circle {
         (about_centre(area, self.centre), by)
     }
 
+    const CLOSED: bool = true;
+    const BLOCKS: &'static [[usize; 2]] = &[[0, 2], [2, 3]];
+
+    fn parameters(&self) -> [f64; MAX_SHAPE] {
+        [self.centre[0], self.centre[1], self.radius, 0.0, 0.0]
+    }
+
     fn along(&self, place: [f64; 2]) -> f64 {
-        (f64::atan2(place[1] - self.centre[1], place[0] - self.centre[0]) / TAU).rem_euclid(1.0)
+        turn_share(f64::atan2(place[1] - self.centre[1], place[0] - self.centre[0]) / TAU)
+    }
+
+    fn place_at(&self, along: f64) -> [f64; 2] {
+        let (sin, cos) = (along * TAU).sin_cos();
+        [self.centre[0] + self.radius * cos, self.centre[1] + self.radius * sin]
     }
 
     fn length_mm(&self) -> f64 {
@@ -139,20 +173,26 @@ impl Outline for Slot {
     const IS_ANGLE: [bool; MAX_SHAPE] = [false, false, true, false, false];
     const DEPTH: (usize, f64) = (4, 1.0);
 
-    fn signed_mm(&self, place: [f64; 2], gradient: &mut [f64; MAX_SHAPE]) -> f64 {
-        let (sin, cos) = self.angle.sin_cos();
-        let [along, across] = self.own_frame(place);
-        let foot = along.clamp(-self.half_straight, self.half_straight);
-        let distance = (along - foot).hypot(across);
-        let inverse = if distance > 0.0 { 1.0 / distance } else { 0.0 };
-        let (n_along, n_across) = ((along - foot) * inverse, across * inverse);
-        gradient[0] = -(n_along * cos - n_across * sin);
-        gradient[1] = -(n_along * sin + n_across * cos);
-        // The foot point turns with the axis, across it.
-        gradient[2] = -n_across * foot;
-        gradient[3] = -n_along * foot.signum();
-        gradient[4] = -1.0;
-        distance - self.radius
+    #[inline]
+    fn distances(&self) -> impl Fn([f64; 2], &mut [f64; MAX_SHAPE]) -> f64 {
+        let Self { centre, angle, half_straight, radius } = *self;
+        let (sin, cos) = angle.sin_cos();
+        move |place, gradient| {
+            let (x, y) = (place[0] - centre[0], place[1] - centre[1]);
+            let (along, across) = (x * cos + y * sin, y * cos - x * sin);
+            let foot = along.clamp(-half_straight, half_straight);
+            let beyond = along - foot;
+            let distance = (beyond * beyond + across * across).sqrt();
+            let inverse = if distance > 0.0 { 1.0 / distance } else { 0.0 };
+            let (n_along, n_across) = (beyond * inverse, across * inverse);
+            gradient[0] = -(n_along * cos - n_across * sin);
+            gradient[1] = -(n_along * sin + n_across * cos);
+            // The foot point turns with the axis, across it.
+            gradient[2] = -n_across * foot;
+            gradient[3] = -n_along * foot.signum();
+            gradient[4] = -1.0;
+            distance - radius
+        }
     }
 
     fn void(&self, tau_mm: f64) -> (Moments, [Moments; MAX_SHAPE + 1]) {
@@ -167,6 +207,14 @@ impl Outline for Slot {
         (about_centre(area, self.centre), by)
     }
 
+    const CLOSED: bool = true;
+    // The end of a slot is its half length and its radius together.
+    const BLOCKS: &'static [[usize; 2]] = &[[0, 2], [2, 3], [3, 5]];
+
+    fn parameters(&self) -> [f64; MAX_SHAPE] {
+        [self.centre[0], self.centre[1], self.angle, self.half_straight, self.radius]
+    }
+
     fn along(&self, place: [f64; 2]) -> f64 {
         // Counter-clockwise from the middle of the right-hand end: half an arc, the upper side, an arc, the lower side, half an arc.
         let [x, y] = self.own_frame(place);
@@ -179,7 +227,25 @@ impl Outline for Slot {
             // Turned by half a turn: the left-hand end seen as a right-hand one.
             (-y).atan2(-x - l) * self.radius + arc + 2.0 * l
         };
-        (from_start / (TAU * self.radius + 4.0 * self.half_straight)).rem_euclid(1.0)
+        turn_share(from_start / (TAU * self.radius + 4.0 * self.half_straight))
+    }
+
+    fn place_at(&self, along: f64) -> [f64; 2] {
+        // Half an outline on from a quarter turn back is the right half: an arc, then the upper side; the rest is opposite.
+        let (l, r) = (self.half_straight, self.radius);
+        let (arc, half) = (PI * r, PI * r + 2.0 * l);
+        let from_start = along * 2.0 * half + 0.5 * arc;
+        let opposite = if from_start >= half && from_start < 2.0 * half { -1.0 } else { 1.0 };
+        let from_corner = from_start.rem_euclid(half);
+        let [x, y] = if from_corner < arc {
+            let (sin, cos) = (from_corner / r).sin_cos();
+            [l + r * sin, -r * cos]
+        } else {
+            [l - (from_corner - arc), r]
+        };
+        let (sin, cos) = self.angle.sin_cos();
+        let [x, y] = [opposite * x, opposite * y];
+        [self.centre[0] + x * cos - y * sin, self.centre[1] + x * sin + y * cos]
     }
 
     fn length_mm(&self) -> f64 {
@@ -224,11 +290,15 @@ impl Outline for Edge {
     const IS_ANGLE: [bool; MAX_SHAPE] = [false, true, false, false, false];
     const DEPTH: (usize, f64) = (0, -1.0);
 
-    fn signed_mm(&self, place: [f64; 2], gradient: &mut [f64; MAX_SHAPE]) -> f64 {
+    #[inline]
+    fn distances(&self) -> impl Fn([f64; 2], &mut [f64; MAX_SHAPE]) -> f64 {
+        let Self { offset, slope, .. } = *self;
         // The distance across v, not across the slanted line: the slope is a few degrees at most, the blur absorbs its cosine.
-        gradient[0] = 1.0;
-        gradient[1] = place[0];
-        self.offset + self.slope * place[0] - place[1]
+        move |place, gradient| {
+            gradient[0] = 1.0;
+            gradient[1] = place[0];
+            offset + slope * place[0] - place[1]
+        }
     }
 
     fn void(&self, tau_mm: f64) -> (Moments, [Moments; MAX_SHAPE + 1]) {
@@ -244,6 +314,18 @@ impl Outline for Edge {
         by[1] = [-p2, -p3, -s * p2 - k * p3];
         by[MAX_SHAPE] = [0.0, 0.0, -tau_mm * p1];
         ([area, moment_u, moment_v], by)
+    }
+
+    const CLOSED: bool = false;
+    const BLOCKS: &'static [[usize; 2]] = &[[0, 1], [1, 2]];
+
+    fn parameters(&self) -> [f64; MAX_SHAPE] {
+        [self.offset, self.slope, 0.0, 0.0, 0.0]
+    }
+
+    fn place_at(&self, along: f64) -> [f64; 2] {
+        let u = self.along[0] + along * (self.along[1] - self.along[0]);
+        [u, self.offset + self.slope * u]
     }
 
     fn along(&self, place: [f64; 2]) -> f64 {
@@ -268,109 +350,20 @@ impl Outline for Edge {
     }
 }
 
+/// A number of turns, to be brought into 0..1, that is between -1 and 2 already.
+fn turn_share(turns: f64) -> f64 {
+    if turns < 0.0 {
+        turns + 1.0
+    } else if turns >= 1.0 {
+        turns - 1.0
+    } else {
+        turns
+    }
+}
+
 fn about_centre(area: f64, centre: [f64; 2]) -> Moments {
     [area, area * centre[0], area * centre[1]]
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fit::soft_edge::normal;
-
-    fn check_distance_derivatives<O: Outline>(outline: &O) {
-        let d = 1e-6;
-        for place in [[5.3, 0.4], [-1.2, 3.9], [6.1, -2.2], [-7.0, 1.0], [0.2, -1.1]] {
-            let mut gradient = [0.0; MAX_SHAPE];
-            outline.signed_mm(place, &mut gradient);
-            for k in 0..O::SHAPE {
-                let mut step = [0.0; MAX_SHAPE];
-                let mut shifted = |by: f64| {
-                    step[k] = by;
-                    outline.moved(&step).signed_mm(place, &mut [0.0; MAX_SHAPE])
-                };
-                let slope = (shifted(d) - shifted(-d)) / (2.0 * d);
-                // Central differences: rounding 1e-16/1e-6 * 10 mm, truncation 1e-12.
-                assert!((slope - gradient[k]).abs() < 1e-7, "parameter {k} at {place:?}: {slope} {}", gradient[k]);
-            }
-        }
-    }
-
-    /// Void moments summed on a fine grid of the window against the closed form, and derivatives against differences.
-    fn check_void<O: Outline>(outline: &O, u: [f64; 2], v: [f64; 2], tau: f64) {
-        let steps = 700;
-        let (du, dv) = ((u[1] - u[0]) / steps as f64, (v[1] - v[0]) / steps as f64);
-        let mut sum = [0.0; 3];
-        for i in 0..steps {
-            for j in 0..steps {
-                let place = [u[0] + (i as f64 + 0.5) * du, v[0] + (j as f64 + 0.5) * dv];
-                let s = outline.signed_mm(place, &mut [0.0; MAX_SHAPE]);
-                let weight = (1.0 - normal::distribution_and_density(s / tau).0) * du * dv;
-                sum = [sum[0] + weight, sum[1] + weight * place[0], sum[2] + weight * place[1]];
-            }
-        }
-        let (moments, by) = outline.void(tau);
-        for k in 0..3 {
-            // Midpoint sums of a function blurred over tau > 10 steps are good to 1e-6 of the area.
-            assert!((sum[k] - moments[k]).abs() < 2e-4, "moment {k}: {} {}", sum[k], moments[k]);
-        }
-        let d = 1e-6;
-        for p in 0..=O::SHAPE {
-            let shifted = |by: f64| {
-                let mut step = [0.0; MAX_SHAPE];
-                if p < O::SHAPE {
-                    step[p] = by;
-                    outline.moved(&step).void(tau).0
-                } else {
-                    outline.void(tau + by).0
-                }
-            };
-            let (up, down) = (shifted(d), shifted(-d));
-            let analytic = if p < O::SHAPE { by[p] } else { by[MAX_SHAPE] };
-            for k in 0..3 {
-                assert!(((up[k] - down[k]) / (2.0 * d) - analytic[k]).abs() < 1e-6, "parameter {p} moment {k}");
-            }
-        }
-    }
-
-    #[test]
-    fn circle_distance_and_area() {
-        let circle = Circle { centre: [0.3, -0.2], radius: 4.0 };
-        check_distance_derivatives(&circle);
-        check_void(&circle, [-7.0, 7.0], [-7.0, 7.0], 0.3);
-    }
-
-    #[test]
-    fn slot_distance_and_area() {
-        let slot = Slot { centre: [0.3, -0.2], angle: 0.4, half_straight: 4.0, radius: 2.0 };
-        check_distance_derivatives(&slot);
-        check_void(&slot, [-9.0, 9.0], [-8.0, 8.0], 0.3);
-        assert_eq!((slot.length_mm(), slot.width_mm()), (12.0, 4.0));
-    }
-
-    #[test]
-    fn places_around_an_outline_are_numbered_by_its_length() {
-        let slot = Slot { centre: [1.0, 2.0], angle: 0.0, half_straight: 4.0, radius: 2.0 };
-        let length = TAU * 2.0 + 16.0;
-        let at = |x: f64, y: f64| slot.along([1.0 + x, 2.0 + y]) * length;
-        let arc = PI * 2.0;
-        for (place, expected) in [
-            ((6.5, 0.0), 0.0),
-            ((4.0, 2.2), 0.5 * arc),
-            ((0.0, 2.0), 0.5 * arc + 4.0),
-            ((-4.0 - 1e-9, 2.0), 0.5 * arc + 8.0),
-            ((-6.0, 0.0), arc + 8.0),
-            ((0.0, -2.0), 1.5 * arc + 12.0),
-        ] {
-            assert!((at(place.0, place.1) - expected).abs() < 1e-6, "{place:?}");
-        }
-        let circle = Circle { centre: [1.0, 2.0], radius: 3.0 };
-        assert_eq!(circle.along([1.0, 7.0]), 0.25);
-    }
-
-    #[test]
-    fn edge_distance_and_area() {
-        let edge = Edge { offset: 0.4, slope: 0.05, along: [-2.0, 1.5], outer_mm: 4.0 };
-        check_distance_derivatives(&edge);
-        check_void(&edge, [-2.0, 1.5], [-5.0, 4.0], 0.3);
-    }
-}
+mod tests;
