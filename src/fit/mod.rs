@@ -2,6 +2,7 @@
 //!
 //! Plain functions over points; nothing here knows of parts, scans or plans.
 
+pub mod boundary;
 mod determined;
 pub mod gauss_newton;
 pub mod hold;

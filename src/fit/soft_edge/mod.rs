@@ -40,4 +40,6 @@ pub use window::Window;
 #[cfg(test)]
 mod simulated;
 #[cfg(test)]
+mod table_tests;
+#[cfg(test)]
 mod voids_tests;
