@@ -356,7 +356,6 @@ fn report_one(input: &AlignmentInput, one: &Found) -> MeasuredFeature {
             direction: Some(outwards.into_inner()),
             points_used: edge.points_used,
             rms_mm: edge.rms_mm,
-            warning: edge.warning.clone(),
             ..blank
         },
     }
@@ -419,7 +418,6 @@ mod tests {
             u_height_mm: 0.007,
             rms_mm: 0.03,
             points_used: 100,
-            warning: None,
         }
     }
 

@@ -151,7 +151,7 @@ fn measure_value(local: &Local, point: &ComparisonPoint, card: &mut Card) -> Res
                 rms_mm: found.rms_mm,
                 points_used: found.points_used,
                 hole: None,
-                warning: found.warning,
+                warning: None,
             })
         }
         Geometry::Hole { centre, axis, diameter_mm, direction } => {

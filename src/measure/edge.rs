@@ -13,7 +13,7 @@ use super::rim::{Rim, is_of_a_leaf_behind, rims_near};
 use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::{
-    Edge, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, fit_soft_edge, refine_soft_edge,
+    Edge, Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, fit_soft_edge, refine_soft_edge,
 };
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
@@ -34,8 +34,6 @@ pub struct EdgeFound {
     pub rms_mm: f64,
     /// Points of the fit.
     pub points_used: usize,
-    /// What somebody should know of this value.
-    pub warning: Option<String>,
 }
 
 /// Fewest points of a fit.
@@ -50,8 +48,10 @@ const BESIDE_WIDER_MM: f64 = 1.5;
 const MAX_SLOPE: f64 = 0.35;
 /// An edge that is turned by more than this against the CAD's is half one edge and half another: that of a notch.
 const MOST_TURNED: f64 = 0.25;
-/// Clutter beyond the edge above which a warning is due, and above which there is no edge.
-const CLUTTER: [f64; 2] = [0.05, 0.4];
+/// Density beyond an edge over that of the sheet above which nobody can tell it from what lies behind.
+const MOST_CLUTTER: f64 = 0.05;
+/// Spacings of an edge below which its place is biased by some tenth of a spacing.
+const LEAST_SPACINGS: f64 = 12.0;
 
 /// Measures how far outwards (along `direction`, in the sheet) the edge lies from `position`, at most `search_mm` away;
 /// `normal` is the sheet's.
@@ -132,8 +132,6 @@ pub fn edge_with_card(
     clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w])], fit.points, card)?;
     let sheet_normal = frame.vector([-eu, -ev, 1.0]).normalize();
     card.normal = Some(sheet_normal);
-    let warning = (fit.clutter > CLUTTER[0])
-        .then(|| format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
     // Where the sheet leans, an error of the layer's height at the edge is one of the place that was seen there. It is never
     // worse than one point's.
     let u_height_mm = layer.u_height_at(0.0, at_place);
@@ -147,7 +145,6 @@ pub fn edge_with_card(
         u_height_mm,
         rms_mm: layer.rms_mm,
         points_used: fit.points,
-        warning,
     })
 }
 
@@ -258,7 +255,7 @@ fn strip_along_edge(
     };
     let (edge, taken) = follow(&rims[own], start, half);
     let along = [edge.first().map_or(0.0, |p| p[0]).max(-half), edge.last().map_or(0.0, |p| p[0]).min(half)];
-    let least = (6.0 * spacing_mm).max(1.5);
+    let least = (LEAST_SPACINGS * spacing_mm).max(1.5);
     let mut strip = Strip { along, inner, outer, least_length: least, edge };
     for (r, rim) in rims.iter().enumerate() {
         for (k, p) in rim.places.iter().enumerate() {
@@ -270,7 +267,10 @@ fn strip_along_edge(
     let length = strip.along[1] - strip.along[0];
     if length < least || strip.along[0] > 0.0 || strip.along[1] < 0.0 {
         return Err(NotFound::new(
-            format!("the edge runs straight over {:.1} mm only, {least:.1} mm are needed", length.max(0.0)),
+            format!(
+                "the edge runs straight over {:.1} mm only, {least:.1} mm are needed for points this far apart",
+                length.max(0.0)
+            ),
             0,
         ));
     }
@@ -504,8 +504,12 @@ fn check(fit: &SoftEdgeFit<Edge>, search_mm: f64, card: &mut Card) -> Result<(),
     if !card.at_most("distance of the edge from the CAD's", "mm", fit.outline.offset.abs(), search_mm) {
         return not(format!("no edge within ±{search_mm:.1} mm"));
     }
-    if !card.at_most("density past the edge over that of the sheet", "", fit.clutter, CLUTTER[1]) {
-        return not(format!("no edge within ±{search_mm:.1} mm: the points go on past it"));
+    if !card.at_most("density past the edge over that of the sheet", "", fit.clutter, MOST_CLUTTER) {
+        return not(format!("points go on past this edge ({:.0} % of the density of the sheet)", 100.0 * fit.clutter));
+    }
+    let spacings = fit.outline.length_mm() / spacing;
+    if !card.at_least("length of the edge in point spacings", "", spacings, LEAST_SPACINGS) {
+        return not(format!("the edge is {spacings:.0} point spacings long here, {LEAST_SPACINGS:.0} are needed"));
     }
     let angle = fit.outline.slope.atan().to_degrees().abs();
     if !card.at_most("turn of the edge against the CAD's", "deg", angle, MOST_TURNED.atan().to_degrees()) {
@@ -525,3 +529,5 @@ fn check(fit: &SoftEdgeFit<Edge>, search_mm: f64, card: &mut Card) -> Result<(),
     }
     Ok(())
 }
+#[cfg(test)]
+mod tests;
