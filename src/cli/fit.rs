@@ -2,7 +2,7 @@
 
 use super::{Exit, diagnostic_of, terminal};
 use crate::diagnostic::Diagnostic;
-use crate::fit::{CoordinatePlane, FitError, FitKind, FitMethod, FitOutcome, Fitted, fit_points};
+use crate::fit::{CoordinatePlane, FitError, FitKind, FitMethod, FitOutcome, Fitted, Known, fit_points_knowing};
 use crate::geometry::{LengthUnit, Point3, UnitVector3};
 use crate::io;
 use crate::run::RunContext;
@@ -20,15 +20,19 @@ pub(super) struct FitArguments {
     /// Files of points: delimited text or PLY.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Tukey's biweight instead of plain least squares.
+    /// Tukey's biweight instead of plain least squares, from a start that outliers cannot pull away: for up to a third of them.
     #[arg(long, conflicts_with = "three_sigma")]
     robust: bool,
-    /// Fit, leave out the points beyond three standard deviations, fit once more.
+    /// Fit, leave out the points beyond three standard deviations, fit once more: for few outliers; from a ninth of the points on none
+    /// is left out.
     #[arg(long)]
     three_sigma: bool,
     /// The plane of a circle: x=VALUE, y=VALUE or z=VALUE.
     #[arg(long, value_name = "x=VALUE", value_parser = coordinate_plane)]
     plane: Option<CoordinatePlane>,
+    /// The radius of a circle, sphere or cylinder where it is known, in the unit of the files.
+    #[arg(long, value_name = "R", value_parser = positive)]
+    radius: Option<f64>,
 }
 
 /// One of the shapes by its word.
@@ -37,6 +41,11 @@ fn fit_kind() -> impl TypedValueParser<Value = FitKind> {
         let named = FitKind::ALL.into_iter().find(|kind| kind.key() == word);
         named.expect("the parser takes no other word")
     })
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    value.ok_or_else(|| "expected a number above 0".to_string())
 }
 
 fn coordinate_plane(text: &str) -> Result<CoordinatePlane, String> {
@@ -51,6 +60,10 @@ pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
     if arguments.plane.is_some() && arguments.kind != FitKind::Circle {
         return Err(Diagnostic::error("--plane goes with circles only"));
     }
+    if arguments.radius.is_some() && !matches!(arguments.kind, FitKind::Circle | FitKind::Sphere | FitKind::Cylinder) {
+        return Err(Diagnostic::error("--radius goes with circles, spheres and cylinders only"));
+    }
+    let known = Known { plane: arguments.plane, radius: arguments.radius };
     let method = match (arguments.robust, arguments.three_sigma) {
         (true, _) => FitMethod::Robust,
         (_, true) => FitMethod::ThreeSigma,
@@ -58,7 +71,7 @@ pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
     };
     let mut failed = 0;
     for file in &arguments.files {
-        match fit_file(file, arguments.kind, method, arguments.plane) {
+        match fit_file(file, arguments.kind, method, known) {
             Ok(outcome) => terminal::line(json(file, arguments.kind, &outcome)),
             Err(diagnostic) => {
                 failed += 1;
@@ -73,16 +86,11 @@ pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
     })
 }
 
-fn fit_file(
-    file: &Path,
-    kind: FitKind,
-    method: FitMethod,
-    plane: Option<CoordinatePlane>,
-) -> Result<FitOutcome, Diagnostic> {
+fn fit_file(file: &Path, kind: FitKind, method: FitMethod, known: Known) -> Result<FitOutcome, Diagnostic> {
     let bytes = io::read_file(file).map_err(diagnostic_of)?;
     // The file's own unit is kept: nothing is compared with a CAD here.
     let cloud = io::read_cloud(&bytes, file, LengthUnit::Mm, &RunContext::silent()).map_err(diagnostic_of)?;
-    fit_points(kind, &cloud.positions, method, plane).map_err(|e| {
+    fit_points_knowing(kind, &cloud.positions, method, known).map_err(|e| {
         let help = match e {
             FitError::OffPlane { .. } => "give the plane in which the points lie, or leave --plane out",
             _ => "give more points, spread over more of the shape; if some of them are outliers, try --robust",
@@ -139,8 +147,33 @@ fn json(file: &Path, kind: FitKind, outcome: &FitOutcome) -> String {
     number(&mut text, "sigma", outcome.sigma);
     let _ = write!(text, ", \"rejected\": {}", outcome.rejected);
     number(&mut text, "condition", outcome.condition);
+    add_uncertainty(&mut text, outcome);
     text.push('}');
     text
+}
+
+/// Standard uncertainties, k = 1 as the key says.
+fn add_uncertainty(text: &mut String, outcome: &FitOutcome) {
+    let Some(u) = &outcome.uncertainty else { return };
+    let [x, y, z] = [0, 1, 2].map(|k| digits(u.place[(k, k)].max(0.0).sqrt()));
+    let (place, direction) = match outcome.shape {
+        Fitted::Line(_) | Fitted::Cone(_) => ("point", "direction"),
+        Fitted::Plane(_) => ("point", "normal"),
+        Fitted::Circle(_) => ("centre", "axis"),
+        Fitted::Sphere(_) => ("centre", ""),
+        Fitted::Cylinder(_) => ("point", "axis"),
+    };
+    let _ = write!(text, ", \"k\": 1, \"{place}_u\": [{x}, {y}, {z}]");
+    let numbers = [
+        (format!("{direction}_u_deg"), u.direction_rad.map(f64::to_degrees)),
+        ("diameter_u".into(), u.diameter),
+        ("apex_angle_u_deg".into(), u.apex_angle_rad.map(f64::to_degrees)),
+    ];
+    for (key, value) in numbers {
+        if let Some(value) = value {
+            let _ = write!(text, ", \"{key}\": {}", digits(value));
+        }
+    }
 }
 
 /// 17 significant digits, which name an f64 without doubt; `null` for what is no number.
@@ -158,6 +191,18 @@ mod tests {
             assert_eq!(digits(value).parse::<f64>().unwrap(), value);
         }
         assert_eq!(digits(f64::INFINITY), "null");
+    }
+
+    #[test]
+    fn uncertainties_are_told_by_the_names_of_what_they_belong_to() {
+        let places = [[0.0, 0.0], [4.0, 0.1], [8.0, -0.1], [3.0, 5.0], [6.0, 6.1]];
+        let points: Vec<Point3> = places.iter().map(|p| Point3::new(p[0], p[1], 0.1 * (p[0] * 7.0).sin())).collect();
+        let fit = fit_points_knowing(FitKind::Plane, &points, FitMethod::LeastSquares, Known::default()).unwrap();
+        let told: serde_json::Value = serde_json::from_str(&json(Path::new("p"), FitKind::Plane, &fit)).unwrap();
+        assert_eq!(told["k"], 1);
+        assert!(told["point_u"][2].as_f64().unwrap() > 0.0 && told["normal_u_deg"].as_f64().unwrap() > 0.0);
+        assert_eq!(told.get("diameter_u"), None);
+        assert!(positive("-1").is_err() && positive("inf").is_err() && positive("2.5") == Ok(2.5));
     }
 
     #[test]

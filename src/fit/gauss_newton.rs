@@ -77,7 +77,8 @@ where
     Err(FitError::NotConverged { iterations: MOST_STEPS })
 }
 
-fn linearise<S, const N: usize, const R: usize>(
+/// Jacobian and residuals at a shape, each row times the root of its point's weight.
+pub(super) fn linearise<S, const N: usize, const R: usize>(
     shape: &S,
     points: &[Point3],
     weights: &[f64],

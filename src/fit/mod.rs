@@ -8,8 +8,11 @@ pub mod gauss_newton;
 pub mod hold;
 pub mod outcome;
 pub mod robust;
+mod robust_start;
 pub mod shapes;
 pub mod soft_edge;
+mod uncertainty;
 
-pub use outcome::{CoordinatePlane, FitKind, FitMethod, FitOutcome, Fitted, fit_points};
+pub use outcome::{CoordinatePlane, FitKind, FitMethod, FitOutcome, Fitted, Known, fit_points, fit_points_knowing};
 pub use shapes::FitError;
+pub use uncertainty::ShapeUncertainty;

@@ -2,13 +2,16 @@
 
 use super::determined;
 use super::robust::{TUKEY_WIDTH_SIGMAS, mad_scale_about_zero, tukey_weight};
+use super::robust_start::robust_start;
 use super::shapes::circle::{Circle, fit_circle, fit_circle_in_plane};
-use super::shapes::cone::{Cone, fit_cone};
-use super::shapes::cylinder::{Cylinder, fit_cylinder};
+use super::shapes::cone::{Cone, fit_cone, fit_cone_near};
+use super::shapes::cylinder::{Cylinder, fit_cylinder, fit_cylinder_near};
+use super::shapes::fixed::{fit_circle_of, fit_cylinder_of, fit_flat_circle_of, fit_sphere_of};
 use super::shapes::line::{Line, fit_line};
 use super::shapes::plane::{Plane, fit_plane};
 use super::shapes::sphere::{Sphere, fit_sphere};
 use super::shapes::{FitError, Normaliser};
+use super::uncertainty::{ShapeUncertainty, uncertainty_of};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 
 /// The shapes that can be fitted.
@@ -57,12 +60,14 @@ impl FitKind {
     }
 
     /// Free parameters of the shape.
-    fn parameters(self, in_plane: bool) -> usize {
+    fn parameters(self, known: Known) -> usize {
+        let fixed = usize::from(known.radius.is_some());
         match self {
-            FitKind::Line | FitKind::Sphere => 4,
+            FitKind::Line => 4,
+            FitKind::Sphere => 4 - fixed,
             FitKind::Plane => 3,
-            FitKind::Circle => 3 + if in_plane { 0 } else { 3 },
-            FitKind::Cylinder => 5,
+            FitKind::Circle => 3 - fixed + if known.plane.is_some() { 0 } else { 3 },
+            FitKind::Cylinder => 5 - fixed,
             FitKind::Cone => 6,
         }
     }
@@ -86,6 +91,15 @@ pub struct CoordinatePlane {
     pub axis: usize,
     /// Its value.
     pub value: f64,
+}
+
+/// What is known of a shape before it is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Known {
+    /// The plane of a circle.
+    pub plane: Option<CoordinatePlane>,
+    /// The radius of a circle, sphere or cylinder, in the unit of the points; other kinds take no notice of it.
+    pub radius: Option<f64>,
 }
 
 /// A fitted shape.
@@ -134,6 +148,8 @@ pub struct FitOutcome {
     pub rejected: usize,
     /// Condition of the fit's equations; large = weakly fixed.
     pub condition: f64,
+    /// How well the shape is known; nobody knows where it has as many parameters as its points have coordinates off it.
+    pub uncertainty: Option<ShapeUncertainty>,
 }
 
 /// Fits a shape. Lengths are in the unit of the points.
@@ -147,41 +163,97 @@ pub fn fit_points(
     method: FitMethod,
     plane: Option<CoordinatePlane>,
 ) -> Result<FitOutcome, FitError> {
-    let (shape, condition) = fit_weighted(kind, points, &[], plane)?;
+    fit_points_knowing(kind, points, method, Known { plane, radius: None })
+}
+
+/// Fits a shape of which something is known; the same as [`fit_points`] otherwise.
+pub fn fit_points_knowing(
+    kind: FitKind,
+    points: &[Point3],
+    method: FitMethod,
+    known: Known,
+) -> Result<FitOutcome, FitError> {
+    let first = fit_weighted(kind, points, &[], known);
     match method {
-        FitMethod::LeastSquares => outcome(kind, shape, condition, points, &[], plane),
-        FitMethod::ThreeSigma => three_sigma(kind, points, &shape, plane),
-        FitMethod::Robust => robust(kind, points, shape, plane),
+        FitMethod::LeastSquares => {
+            first.and_then(|(shape, condition)| outcome(kind, shape, condition, points, &[], known))
+        }
+        FitMethod::ThreeSigma => first.and_then(|(shape, _)| three_sigma(kind, points, &shape, known)),
+        FitMethod::Robust => {
+            robust(kind, points, robust_start(kind, points, known, first.map(|(shape, _)| shape))?, known)
+        }
     }
 }
 
-fn fit_weighted(
+pub(super) fn fit_weighted(
     kind: FitKind,
     points: &[Point3],
     weights: &[f64],
-    plane: Option<CoordinatePlane>,
+    known: Known,
 ) -> Result<(Fitted, f64), FitError> {
     Normaliser::of(points, kind.points_needed())?;
-    Ok(match kind {
-        FitKind::Line => fit_line(points, weights).map(|(s, c)| (Fitted::Line(s), c))?,
-        FitKind::Plane => fit_plane(points, weights).map(|(s, c)| (Fitted::Plane(s), c))?,
-        FitKind::Circle => match plane {
-            Some(CoordinatePlane { axis, value }) => {
-                let unit = Vector3::from_fn(|k, _| if k == axis { 1.0 } else { 0.0 });
-                let at = Point3::from(unit * value);
-                let axis = UnitVector3::new_unchecked(unit);
-                fit_circle_in_plane(points, weights, &axis, &at).map(|(s, c)| (Fitted::Circle(s), c))?
-            }
-            None => fit_circle(points, weights).map(|(s, c)| (Fitted::Circle(s), c))?,
-        },
-        FitKind::Sphere => fit_sphere(points, weights).map(|(s, c)| (Fitted::Sphere(s), c))?,
-        FitKind::Cylinder => fit_cylinder(points, weights).map(|(s, c)| (Fitted::Cylinder(s), c))?,
-        FitKind::Cone => fit_cone(points, weights).map(|(s, c)| (Fitted::Cone(s), c))?,
+    let fixed = known.radius;
+    Ok(match (kind, known.plane) {
+        (FitKind::Line, _) => fit_line(points, weights).map(|(s, c)| (Fitted::Line(s), c))?,
+        (FitKind::Plane, _) => fit_plane(points, weights).map(|(s, c)| (Fitted::Plane(s), c))?,
+        (FitKind::Circle, plane) => {
+            let (free, condition) = match plane {
+                Some(CoordinatePlane { axis, value }) => {
+                    let unit = Vector3::from_fn(|k, _| if k == axis { 1.0 } else { 0.0 });
+                    fit_circle_in_plane(
+                        points,
+                        weights,
+                        &UnitVector3::new_unchecked(unit),
+                        &Point3::from(unit * value),
+                    )?
+                }
+                None => fit_circle(points, weights)?,
+            };
+            let (circle, condition) = match (fixed, plane) {
+                (None, _) => (free, condition),
+                (Some(radius), None) => fit_circle_of(radius, &free, points, weights)?,
+                (Some(radius), Some(_)) => fit_flat_circle_of(radius, &free, points, weights)?,
+            };
+            (Fitted::Circle(circle), condition)
+        }
+        (FitKind::Sphere, _) => {
+            let free = fit_sphere(points, weights)?;
+            let (sphere, condition) =
+                fixed.map_or(Ok(free), |radius| fit_sphere_of(radius, &free.0, points, weights))?;
+            (Fitted::Sphere(sphere), condition)
+        }
+        (FitKind::Cylinder, _) => {
+            let free = fit_cylinder(points, weights)?;
+            let (cylinder, condition) =
+                fixed.map_or(Ok(free), |radius| fit_cylinder_of(radius, &free.0, points, weights))?;
+            (Fitted::Cylinder(cylinder), condition)
+        }
+        (FitKind::Cone, _) => fit_cone(points, weights).map(|(s, c)| (Fitted::Cone(s), c))?,
     })
 }
 
+/// The same from a shape that is near: cylinders and cones need no search then.
+fn fit_weighted_near(
+    near: &Fitted,
+    kind: FitKind,
+    points: &[Point3],
+    weights: &[f64],
+    known: Known,
+) -> Result<(Fitted, f64), FitError> {
+    match (near, known.radius) {
+        (Fitted::Cylinder(near), None) => {
+            fit_cylinder_near(near, points, weights).map(|(s, c)| (Fitted::Cylinder(s), c))
+        }
+        (Fitted::Cylinder(near), Some(radius)) => {
+            fit_cylinder_of(radius, near, points, weights).map(|(s, c)| (Fitted::Cylinder(s), c))
+        }
+        (Fitted::Cone(near), _) => fit_cone_near(near, points, weights).map(|(s, c)| (Fitted::Cone(s), c)),
+        _ => fit_weighted(kind, points, weights, known),
+    }
+}
+
 /// Distances as the fit sees them: for a circle in a given plane only what lies in that plane.
-fn distances(shape: &Fitted, points: &[Point3], plane: Option<CoordinatePlane>) -> Vec<f64> {
+pub(super) fn distances(shape: &Fitted, points: &[Point3], plane: Option<CoordinatePlane>) -> Vec<f64> {
     match (shape, plane) {
         (Fitted::Circle(circle), Some(_)) => {
             points.iter().map(|p| (p - circle.centre).cross(&circle.axis).norm() - circle.radius).collect()
@@ -197,60 +269,61 @@ fn outcome(
     condition: f64,
     points: &[Point3],
     weights: &[f64],
-    plane: Option<CoordinatePlane>,
+    known: Known,
 ) -> Result<FitOutcome, FitError> {
+    let plane = known.plane;
     let used = |k: usize| weights.get(k).is_none_or(|w| *w > 0.0);
     let used: Vec<Point3> = points.iter().enumerate().filter(|(k, _)| used(*k)).map(|(_, p)| *p).collect();
     let distances = distances(&shape, &used, plane);
     determined::check(&shape, &used, &distances, plane)?;
-    let (rms, sigma) = rms_and_sigma(kind, &distances, plane);
-    Ok(FitOutcome { shape, points: points.len(), rms, sigma, rejected: points.len() - used.len(), condition })
+    let (rms, sigma) = rms_and_sigma(kind, &distances, known);
+    let weights: Vec<f64> = weights.iter().copied().filter(|w| *w > 0.0).collect();
+    let uncertainty = match freedom(kind, used.len(), known) {
+        0 => None,
+        _ => Some(uncertainty_of(&shape, &used, &weights, sigma, known)?),
+    };
+    let rejected = points.len() - used.len();
+    Ok(FitOutcome { shape, points: points.len(), rms, sigma, rejected, condition, uncertainty })
 }
 
 /// Root mean square of the distances, and their standard deviation with the shape's parameters taken off.
-fn rms_and_sigma(kind: FitKind, distances: &[f64], plane: Option<CoordinatePlane>) -> (f64, f64) {
+fn rms_and_sigma(kind: FitKind, distances: &[f64], known: Known) -> (f64, f64) {
     let (n, sum) = (distances.len(), distances.iter().map(|d| d * d).sum::<f64>());
-    // In space each point of a line or circle gives two residuals.
-    let residuals = match (kind, plane) {
-        (FitKind::Line, _) | (FitKind::Circle, None) => 2 * n,
-        _ => n,
-    };
-    let freedom = residuals.saturating_sub(kind.parameters(plane.is_some()));
+    let freedom = freedom(kind, n, known);
     let sigma = if freedom > 0 { (sum / freedom as f64).sqrt() } else { 0.0 };
     ((sum / n.max(1) as f64).sqrt(), sigma)
 }
 
-fn three_sigma(
-    kind: FitKind,
-    points: &[Point3],
-    first: &Fitted,
-    plane: Option<CoordinatePlane>,
-) -> Result<FitOutcome, FitError> {
-    let distances = distances(first, points, plane);
-    let (rms, sigma) = rms_and_sigma(kind, &distances, plane);
+/// Residuals less parameters. In space each point of a line or circle gives two residuals.
+fn freedom(kind: FitKind, points: usize, known: Known) -> usize {
+    let residuals = match (kind, known.plane) {
+        (FitKind::Line, _) | (FitKind::Circle, None) => 2 * points,
+        _ => points,
+    };
+    residuals.saturating_sub(kind.parameters(known))
+}
+
+fn three_sigma(kind: FitKind, points: &[Point3], first: &Fitted, known: Known) -> Result<FitOutcome, FitError> {
+    let distances = distances(first, points, known.plane);
+    let (rms, sigma) = rms_and_sigma(kind, &distances, known);
     // Points that fit to rounding, or just as many points as parameters, leave nothing to reject.
     let size = Normaliser::of(points, kind.points_needed())?.scale;
     let limit = (3.0 * sigma).max(3.0 * rms).max(1e-12 * size);
     let kept: Vec<Point3> = points.iter().zip(distances).filter(|(_, d)| d.abs() <= limit).map(|(p, _)| *p).collect();
-    let (shape, condition) = fit_weighted(kind, &kept, &[], plane)?;
-    let refit = outcome(kind, shape, condition, &kept, &[], plane)?;
+    let (shape, condition) = fit_weighted(kind, &kept, &[], known)?;
+    let refit = outcome(kind, shape, condition, &kept, &[], known)?;
     Ok(FitOutcome { points: points.len(), rejected: points.len() - kept.len(), ..refit })
 }
 
 const MOST_ROUNDS: usize = 100;
 
-fn robust(
-    kind: FitKind,
-    points: &[Point3],
-    start: Fitted,
-    plane: Option<CoordinatePlane>,
-) -> Result<FitOutcome, FitError> {
+fn robust(kind: FitKind, points: &[Point3], start: Fitted, known: Known) -> Result<FitOutcome, FitError> {
     let mut shape = start;
     let mut condition = 1.0;
     let mut weights = Vec::new();
     let size = Normaliser::of(points, kind.points_needed())?.scale;
     for _ in 0..MOST_ROUNDS {
-        let d = distances(&shape, points, plane);
+        let d = distances(&shape, points, known.plane);
         let scale = mad_scale_about_zero(&d).unwrap_or(0.0);
         if scale <= 1e-14 * size {
             break;
@@ -264,10 +337,12 @@ fn robust(
         if change < 1e-9 {
             break;
         }
-        (shape, condition) = fit_weighted(kind, points, &weights, plane)?;
+        (shape, condition) = fit_weighted_near(&shape, kind, points, &weights, known)?;
     }
-    outcome(kind, shape, condition, points, &weights, plane)
+    outcome(kind, shape, condition, points, &weights, known)
 }
 
+#[cfg(test)]
+mod known_truth;
 #[cfg(test)]
 mod tests;

@@ -521,6 +521,10 @@ fn shapes_are_fitted_from_files_of_points() {
     assert_eq!(ran.lines().len(), 1);
     project.run(["fit", "line", "none.xyz"]).assert_ended(2, &["none.xyz"]);
     project.run(["fit", "line", "points.xyz", "--plane", "x=1"]).assert_ended(2, &["circles only"]);
+    project
+        .run(["fit", "plane", "points.xyz", "--radius", "5"])
+        .assert_ended(2, &["circles, spheres and cylinders only"]);
+    project.run(["fit", "sphere", "points.xyz", "--radius=0"]).assert_ended(2, &["above 0"]);
     project.run(["fit", "blob", "points.xyz"]).assert_ended(2, &["blob"]);
     project.run(["fit", "circle", "points.xyz", "--robust", "--three-sigma"]).assert_ended(2, &[]);
 }

@@ -2,7 +2,7 @@
 //! of this project: the folder that holds `nist_fits/` is named by `SHAPELINE_REFERENCE_DATA`; without it there is nothing
 //! to compare with, and the test says so.
 
-use shapeline::fit::{CoordinatePlane, FitKind, FitMethod, Fitted, fit_points};
+use shapeline::fit::{CoordinatePlane, FitKind, FitMethod, Fitted, Known, fit_points, fit_points_knowing};
 use shapeline::geometry::{Point3, UnitVector3, Vector3};
 use std::path::Path;
 
@@ -105,4 +105,40 @@ fn fits_agree_with_the_reference_pairs() {
         assert!(pairs > 0, "no pairs {prefix}*.ds in {folder}");
     }
     assert!(!failed, "\n{report}");
+}
+
+/// NIST's laser-scanner spheres of 50 mm nominal radius, told in metres, as cut out by NIST (`tSPH*.xyz`, separated by commas) and raw
+/// with what stands around them (`SPH*.xyz`). mm.
+fn scanned_sphere(root: &Path, name: &str) -> Vec<Point3> {
+    let path = root.join("nist_spheres").join(format!("{name}.xyz"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let row = |line: &str| -> Vec<f64> {
+        let words = line.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty());
+        words.map(|w| 1e3 * w.parse::<f64>().unwrap()).collect()
+    };
+    text.lines().map(row).filter(|r| r.len() >= 3).map(|r| Point3::new(r[0], r[1], r[2])).collect()
+}
+
+#[test]
+fn scanned_spheres_are_found_among_what_stands_around_them() {
+    let Some(root) = std::env::var_os("SHAPELINE_REFERENCE_DATA") else { return };
+    let fit = |points: &[Point3], method: FitMethod, radius: Option<f64>| {
+        let fit = fit_points_knowing(FitKind::Sphere, points, method, Known { plane: None, radius }).unwrap();
+        let Fitted::Sphere(sphere) = fit.shape else { unreachable!() };
+        (sphere, fit.rms)
+    };
+    for k in 101..=106 {
+        let cut = scanned_sphere(Path::new(&root), &format!("tSPH{k}"));
+        let raw = scanned_sphere(Path::new(&root), &format!("SPH{k}"));
+        let (free, rms) = fit(&cut, FitMethod::LeastSquares, None);
+        // Radii of the spheres as scanned: 49.82 to 50.13 mm, rms 0.11 to 0.22 mm.
+        assert!((49.8..50.15).contains(&free.radius) && (0.1..0.23).contains(&rms), "{k}: {} {rms}", free.radius);
+        // A third of the raw points and more belong to something else. The sphere is found where the cut one is, to a quarter of the
+        // scatter; of the smallest set, cut to half of what the fit takes for sphere, to the millimetre.
+        let (of_cut, _) = fit(&cut, FitMethod::LeastSquares, Some(50.0));
+        let (of_raw, _) = fit(&raw, FitMethod::Robust, Some(50.0));
+        let apart = (of_cut.centre - of_raw.centre).norm();
+        assert!(apart < if k == 102 { 1.0 } else { 0.1 }, "{k}: {apart}");
+        assert!(fit(&raw, FitMethod::LeastSquares, None).0.radius > 60.0);
+    }
 }

@@ -110,22 +110,69 @@ fn sphere_circle_plane_and_line_are_exact() {
         p.normal.cross(&(motion() * Vector3::z())).norm() < 1e-12
             && p.distance(&(motion() * Point3::origin())).abs() < EXACT
     );
+}
 
-    let mut circle = Vec::new();
-    for phi in angles(50, 0.0, 4.0) {
-        let n = Vector3::new(phi.cos(), phi.sin(), 0.0);
-        circle.push((Point3::from(n * 8.0), n, vec![-n.x, -n.y, -1.0]));
-    }
-    let points = with_null_space_noise(&circle, 0.05);
-    let fit = fit_points(FitKind::Circle, &points, FitMethod::LeastSquares, None).unwrap();
+/// A normal with the derivatives of the distance along it.
+type Residual = (Vector3, Vec<f64>);
+
+/// Places with two normals each, moved along both by residuals orthogonal to the derivatives given for each normal.
+fn with_two_residuals(on_shape: &[(Point3, [Residual; 2])]) -> Vec<Point3> {
+    let rows: Vec<(Point3, Vector3, Vec<f64>)> =
+        on_shape.iter().flat_map(|(p, two)| two.iter().map(|(n, row)| (*p, *n, row.clone()))).collect();
+    let moved = with_null_space_noise(&rows, 0.05);
+    // Each place was moved twice from where it was: both moves together.
+    let both = |k: usize| moved[2 * k] + (moved[2 * k + 1] - motion() * on_shape[k].0);
+    (0..on_shape.len()).map(both).collect()
+}
+
+#[test]
+fn circle_and_line_with_residuals_both_ways_are_exact() {
+    let circle: Vec<_> = angles(50, 0.0, 4.0)
+        .map(|phi| {
+            let n = Vector3::new(phi.cos(), phi.sin(), 0.0);
+            // Radially: centre and radius; across: height and two tilts.
+            let radial = (n, vec![-n.x, -n.y, -1.0, 0.0, 0.0, 0.0]);
+            let across = (Vector3::z(), vec![0.0, 0.0, 0.0, -1.0, 8.0 * n.x, 8.0 * n.y]);
+            (Point3::from(n * 8.0), [radial, across])
+        })
+        .collect();
+    let fit = fit_points(FitKind::Circle, &with_two_residuals(&circle), FitMethod::LeastSquares, None).unwrap();
     let Fitted::Circle(c) = fit.shape else { panic!("a circle") };
+    // A residual across turns the radial one's derivatives by their product over the radius, but neither gradient: both stay zero.
     assert_near(c.radius, 8.0, EXACT, "radius");
-    assert!((c.centre - motion() * Point3::origin()).norm() < EXACT);
+    assert!(
+        (c.centre - motion() * Point3::origin()).norm() < EXACT
+            && c.axis.cross(&(motion() * Vector3::z())).norm() < EXACT
+    );
 
-    let line: Vec<Point3> = angles(30, -5.0, 90.0).map(|s| motion() * Point3::new(s, 0.0, 0.0)).collect();
-    let fit = fit_points(FitKind::Line, &line, FitMethod::LeastSquares, None).unwrap();
+    let line: Vec<_> = angles(30, -5.0, 90.0)
+        .map(|s| {
+            let one = (Vector3::y(), vec![1.0, s, 0.0, 0.0]);
+            (Point3::new(s, 0.0, 0.0), [one, (Vector3::z(), vec![0.0, 0.0, 1.0, s])])
+        })
+        .collect();
+    let fit = fit_points(FitKind::Line, &with_two_residuals(&line), FitMethod::LeastSquares, None).unwrap();
     let Fitted::Line(l) = fit.shape else { panic!("a line") };
-    assert!(l.direction.cross(&(motion() * Vector3::x())).norm() < 1e-12);
+    assert!(l.direction.cross(&(motion() * Vector3::x())).norm() < EXACT);
+    assert!(l.distance(&(motion() * Point3::origin())) < EXACT && fit.rms > 0.01);
+}
+
+#[test]
+fn a_circle_in_a_given_plane_with_residuals_is_exact() {
+    let flat: Vec<(Point3, Vector3, Vec<f64>)> = angles(40, 0.0, 4.0)
+        .map(|phi| {
+            let n = Vector3::new(0.0, phi.cos(), phi.sin());
+            (Point3::new(3.0, 7.0, -1.0) + n * 8.0, n, vec![n.y, n.z, 1.0])
+        })
+        .collect();
+    let back = motion().inverse();
+    let points: Vec<Point3> = with_null_space_noise(&flat, 0.05).iter().map(|p| back * p).collect();
+    let plane = Some(CoordinatePlane { axis: 0, value: 3.0 });
+    let fit = fit_points(FitKind::Circle, &points, FitMethod::LeastSquares, plane).unwrap();
+    let Fitted::Circle(c) = fit.shape else { panic!("a circle") };
+    assert!(
+        (c.centre - Point3::new(3.0, 7.0, -1.0)).norm() < EXACT && (c.radius - 8.0).abs() < EXACT && fit.rms > 0.01
+    );
 }
 
 #[test]
@@ -252,7 +299,7 @@ fn weakly_but_truly_fixed_shapes_are_fitted() {
     };
     assert_near(circle.radius, 2.5, 1e-12, "circumscribed circle of the triangle 3, 4, 5");
     let sphere = fit_points(FitKind::Sphere, &corners, FitMethod::LeastSquares, None).unwrap();
-    assert!(sphere.rms < 1e-12);
+    assert!(sphere.rms < 1e-12 && sphere.uncertainty.is_none());
 }
 
 #[test]

@@ -56,7 +56,7 @@ impl Shape<6, 2> for Circle {
 
 /// A circle whose axis does not turn and whose centre stays in its plane.
 #[derive(Debug, Clone, Copy)]
-struct FlatCircle(Circle);
+pub(in crate::fit) struct FlatCircle(pub(in crate::fit) Circle);
 
 impl Shape<3, 1> for FlatCircle {
     fn residuals(&self, point: &Point3) -> ([f64; 1], [[f64; 3]; 1]) {

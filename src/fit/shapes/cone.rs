@@ -76,6 +76,18 @@ pub fn fit_cone(points: &[Point3], weights: &[f64]) -> Result<(Cone, f64), FitEr
     Ok((told(&solved.shape, &normaliser), solved.condition))
 }
 
+/// Fits a cone from one that is near.
+pub(in crate::fit) fn fit_cone_near(near: &Cone, points: &[Point3], weights: &[f64]) -> Result<(Cone, f64), FitError> {
+    let normaliser = Normaliser::of(points, 6)?;
+    let start = Cone {
+        point: normaliser.to(&near.point),
+        distance_at_point: near.distance_at_point / normaliser.scale,
+        ..*near
+    };
+    let solved = minimise::<_, 6, 1>(start, &normaliser.apply(points), weights)?;
+    Ok((told(&solved.shape, &normaliser), solved.condition))
+}
+
 /// The cone in the points' own frame, told at the foot of the centroid, its axis towards the growing radius.
 fn told(cone: &Cone, normaliser: &Normaliser) -> Cone {
     let sense = if cone.half_angle_rad < 0.0 { -1.0 } else { 1.0 };

@@ -61,7 +61,27 @@ pub fn fit_cylinder(points: &[Point3], weights: &[f64]) -> Result<(Cylinder, f64
         let circle = algebraic_start(few, &Point3::origin(), &axis).ok()?;
         Some(Cylinder { point: circle.centre, axis, radius: circle.radius })
     })?;
-    let solved = minimise::<_, 5, 1>(start, &scaled, weights)?;
+    carried(start, &normaliser, &scaled, weights)
+}
+
+/// Fits a cylinder from one that is near.
+pub(in crate::fit) fn fit_cylinder_near(
+    near: &Cylinder,
+    points: &[Point3],
+    weights: &[f64],
+) -> Result<(Cylinder, f64), FitError> {
+    let normaliser = Normaliser::of(points, 5)?;
+    let start = Cylinder { point: normaliser.to(&near.point), axis: near.axis, radius: near.radius / normaliser.scale };
+    carried(start, &normaliser, &normaliser.apply(points), weights)
+}
+
+fn carried(
+    start: Cylinder,
+    normaliser: &Normaliser,
+    scaled: &[Point3],
+    weights: &[f64],
+) -> Result<(Cylinder, f64), FitError> {
+    let solved = minimise::<_, 5, 1>(start, scaled, weights)?;
     let cylinder = solved.shape;
     // The scaled centroid is the origin.
     let foot = cylinder.point - cylinder.axis.into_inner() * cylinder.point.coords.dot(&cylinder.axis);

@@ -1,8 +1,9 @@
 //! The line: its direction is the first principal axis.
 
-use super::{FitError, Normaliser};
+use super::{FitError, Normaliser, frame, turned};
+use crate::fit::gauss_newton::Shape;
 use crate::geometry::{Point3, UnitVector3, Vector3};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVector};
 
 /// A line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,24 @@ impl Line {
     /// Distance of a point from it.
     pub fn distance(&self, p: &Point3) -> f64 {
         (p - self.point).cross(&self.direction).norm()
+    }
+}
+
+impl Shape<4, 2> for Line {
+    fn residuals(&self, point: &Point3) -> ([f64; 2], [[f64; 4]; 2]) {
+        let (u, v) = frame(&self.direction);
+        let d = point - self.point;
+        let along = d.dot(&self.direction);
+        ([d.dot(&u), d.dot(&v)], [[-1.0, 0.0, -along, 0.0], [0.0, -1.0, 0.0, -along]])
+    }
+
+    fn moved(&self, step: &SVector<f64, 4>) -> Self {
+        let (u, v) = frame(&self.direction);
+        Self { point: self.point + u * step[0] + v * step[1], direction: turned(&self.direction, step[2], step[3]) }
+    }
+
+    fn is_sound(&self) -> bool {
+        true
     }
 }
 

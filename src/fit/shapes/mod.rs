@@ -4,6 +4,7 @@
 pub mod circle;
 pub mod cone;
 pub mod cylinder;
+pub(super) mod fixed;
 pub mod line;
 pub mod plane;
 pub mod sphere;
@@ -84,6 +85,10 @@ impl Normaliser {
 
     pub(crate) fn apply(&self, points: &[Point3]) -> Vec<Point3> {
         points.iter().map(|p| Point3::from((p - self.centroid) / self.scale)).collect()
+    }
+
+    pub(crate) fn to(self, point: &Point3) -> Point3 {
+        Point3::from((point - self.centroid) / self.scale)
     }
 
     pub(crate) fn back(&self, point: &Point3) -> Point3 {

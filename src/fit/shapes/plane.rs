@@ -1,8 +1,10 @@
 //! The plane: its normal is the last principal axis.
 
-use super::FitError;
 use super::line::principal_axes;
+use super::{FitError, frame, turned};
+use crate::fit::gauss_newton::Shape;
 use crate::geometry::{Point3, UnitVector3};
+use nalgebra::SVector;
 
 /// A plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +19,23 @@ impl Plane {
     /// Signed distance of a point, along the normal positive.
     pub fn distance(&self, p: &Point3) -> f64 {
         (p - self.point).dot(&self.normal)
+    }
+}
+
+impl Shape<3, 1> for Plane {
+    fn residuals(&self, point: &Point3) -> ([f64; 1], [[f64; 3]; 1]) {
+        let (u, v) = frame(&self.normal);
+        let d = point - self.point;
+        ([d.dot(&self.normal)], [[-1.0, d.dot(&u), d.dot(&v)]])
+    }
+
+    fn moved(&self, step: &SVector<f64, 3>) -> Self {
+        let along = self.normal.into_inner() * step[0];
+        Self { point: self.point + along, normal: turned(&self.normal, step[1], step[2]) }
+    }
+
+    fn is_sound(&self) -> bool {
+        true
     }
 }
 
