@@ -6,7 +6,7 @@ use super::result::{CloudCounts, Identity, Inspection, InspectionResult, Outcome
 use super::verdict::of_part;
 use crate::align::{self, AlignmentInput, BestFit, DatumHold, FeatureAlignment, InView, align_on_plan};
 use crate::diagnostic::{Refusal, Stop};
-use crate::geometry::{Aabb, PointCloud};
+use crate::geometry::PointCloud;
 use crate::io::unit_guard;
 use crate::measure::Local;
 use crate::part::Part;
@@ -145,8 +145,7 @@ fn check_units(scan: &ConditionedScan, part: &Part) -> Result<(), Refusal> {
 
 /// The same before anything is removed: a cloud so small or large that the filters would make nothing of it.
 fn check_raw_units(cloud: &PointCloud, part: &Part) -> Result<(), Refusal> {
-    let Some(bounds) = Aabb::of_points(&cloud.positions) else { return Ok(()) };
-    let suspicion = unit_guard::check_raw_scale(bounds.diagonal(), part.diagonal_mm());
+    let suspicion = unit_guard::check_raw_scale(&cloud.positions, part.diagonal_mm());
     suspicion.map_or(Ok(()), |s| Err(Refusal::new(s.words, s.help)))
 }
 

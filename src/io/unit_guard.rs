@@ -30,6 +30,9 @@ const MOST_SMALLER_ABOVE: f64 = 0.8;
 const MOST_SMALLER_BELOW: f64 = 0.55;
 /// From here on a raw cloud cannot be a part on a belt.
 const LEAST_RAW_FACTOR: f64 = 100.0;
+/// The middle half of an evenly covered area is half as large as all of it, of a part that fills a corner of it less; far-off points
+/// beside a cloud in the right unit leave it at less than a hundredth.
+const LEAST_BULK: f64 = 0.1;
 /// Points that are looked at for the size of a cloud.
 const POINTS_LOOKED_AT: usize = 200_000;
 
@@ -40,8 +43,14 @@ pub fn check_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<Scale
 }
 
 /// The same for the cloud as read, with belt and surroundings: sees less, and never blames a part for its belt.
-pub fn check_raw_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<ScaleSuspicion> {
-    suspicion(cloud_diagonal_mm, cad_diagonal_mm, LEAST_RAW_FACTOR)
+///
+/// Some points far outside are no unit either: strays, or the -9999 that a program wrote where it saw nothing. The size is that of the
+/// middle 98 %, and where that is too large, the middle half must be far too large too. `None` without points.
+pub fn check_raw_scale(points: &[Point3], cad_diagonal_mm: f64) -> Option<ScaleSuspicion> {
+    let inner = |left_out: f64| inner_diagonal_mm(points, 0..points.len(), left_out);
+    let found = suspicion(inner(0.01)?, cad_diagonal_mm, LEAST_RAW_FACTOR)?;
+    let is_by_strays = || inner(0.25).is_some_and(|mm| mm <= LEAST_BULK * found.factor * cad_diagonal_mm);
+    (found.factor < 1.0 || !is_by_strays()).then_some(found)
 }
 
 fn suspicion(cloud_mm: f64, cad_mm: f64, least_factor_above: f64) -> Option<ScaleSuspicion> {
@@ -81,16 +90,25 @@ fn suspicion(cloud_mm: f64, cad_mm: f64, least_factor_above: f64) -> Option<Scal
 /// The diagonal, in mm, of the box that holds the middle 98 % of some points on each axis; strays do not move it. On an
 /// evenly covered part it comes out about 2 % short. `None` when there are no points.
 pub fn robust_diagonal_mm(points: &[Point3], kept: &[u32]) -> Option<f64> {
-    let step = kept.len().div_ceil(POINTS_LOOKED_AT).max(1);
+    inner_diagonal_mm(points, kept.iter().map(|&index| index as usize), 0.01)
+}
+
+/// The diagonal of the box that leaves out a share of some points at both ends of each axis, from some of them at a fixed stride.
+fn inner_diagonal_mm(
+    points: &[Point3],
+    indices: impl ExactSizeIterator<Item = usize> + Clone,
+    left_out: f64,
+) -> Option<f64> {
+    let step = indices.len().div_ceil(POINTS_LOOKED_AT).max(1);
     let mut square = 0.0;
     for axis in 0..3 {
-        let at = |index: &u32| points.get(*index as usize).map(|point| point[axis]);
-        let mut values: Vec<f64> = kept.iter().step_by(step).filter_map(at).collect();
+        let at = |index: usize| points.get(index).map(|point| point[axis]);
+        let mut values: Vec<f64> = indices.clone().step_by(step).filter_map(at).collect();
         let last = values.len().checked_sub(1)?;
-        let one_percent = last / 100;
-        let (_, low, _) = values.select_nth_unstable_by(one_percent, f64::total_cmp);
+        let cut = (last as f64 * left_out) as usize;
+        let (_, low, _) = values.select_nth_unstable_by(cut, f64::total_cmp);
         let low = *low;
-        let (_, high, _) = values.select_nth_unstable_by(last - one_percent, f64::total_cmp);
+        let (_, high, _) = values.select_nth_unstable_by(last - cut, f64::total_cmp);
         square += (*high - low).powi(2);
     }
     Some(f64::sqrt(square))
@@ -123,21 +141,41 @@ mod tests {
     fn sizes_that_are_none_are_not_plausible() {
         for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
             for (cloud, cad) in [(odd, 300.0), (300.0, odd), (odd, odd)] {
-                assert!(check_scale(cloud, cad).is_some() && check_raw_scale(cloud, cad).is_some(), "{cloud} {cad}");
+                assert!(check_scale(cloud, cad).is_some(), "{cloud} {cad}");
             }
         }
         assert!(check_scale(300.0, 0.0).is_some() && check_scale(0.0, 0.0).is_some());
         assert!(check_scale(1e300, 1e-300).is_some());
     }
 
+    /// A belt of 600 mm by 400 mm, evenly covered.
+    fn belt(scale: f64) -> Vec<Point3> {
+        let at = |i: u32| [f64::from(i % 200) * 3.0, f64::from(i / 200) * 4.0];
+        (0..20_000).map(|i| Point3::new(at(i)[0] * scale, at(i)[1] * scale, 0.0)).collect()
+    }
+
     #[test]
     fn a_small_part_on_a_wide_belt_is_innocent_as_a_raw_cloud() {
-        let view = f64::hypot(600.0, 400.0);
         for part in [20.0, 28.4, 60.0, 72.0, 600.0] {
-            assert_eq!(check_raw_scale(view, part), None, "{part}");
+            assert_eq!(check_raw_scale(&belt(1.0), part), None, "{part}");
         }
-        assert_eq!(check_raw_scale(view * 1000.0, 600.0).unwrap().factor, 1000.0);
-        assert_eq!(check_raw_scale(view / 1000.0, 600.0).unwrap().factor, 0.001);
+        assert_eq!(check_raw_scale(&belt(1000.0), 600.0).unwrap().factor, 1000.0);
+        assert_eq!(check_raw_scale(&belt(0.001), 600.0).unwrap().factor, 0.001);
+        assert_eq!(check_raw_scale(&[], 600.0), None);
+        assert!(check_raw_scale(&belt(1.0), f64::NAN).is_some());
+    }
+
+    /// A single one, and one point in ten written as (-9999, -9999, -9999), all over the file.
+    #[test]
+    fn points_far_outside_are_no_wrong_unit() {
+        for (scale, expected) in [(1.0, None), (1000.0, Some(1000.0)), (0.001, Some(0.001))] {
+            let mut cloud = belt(scale);
+            cloud.push(Point3::new(-30_000.0 * scale, 0.0, 0.0));
+            assert_eq!(check_raw_scale(&cloud, 600.0).map(|s| s.factor), expected, "one stray at {scale}");
+        }
+        let mut cloud = belt(1.0);
+        cloud.iter_mut().step_by(10).for_each(|p| *p = Point3::new(-9999.0, -9999.0, -9999.0));
+        assert_eq!(check_raw_scale(&cloud, 150.0), None);
     }
 
     #[test]
