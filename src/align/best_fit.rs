@@ -61,7 +61,10 @@ pub fn best_fit(part: &Part, scan: &ConditionedScan, run: &RunContext) -> Result
         let other = align(part, scan, &flipped, run);
         found = match (found, other) {
             (Ok(a), Ok(b)) => Ok(better_face(part, [(a, &cloud), (b, &flipped)])),
-            (Err(Stop::Refused(_)), Ok(b)) => Ok(b),
+            (Ok(one), Err(Stop::Refused(other))) | (Err(Stop::Refused(other)), Ok(one)) => {
+                Ok(Found { open_face: refuse::open_face_beside(&other), ..one })
+            }
+            (_, Err(Stop::Cancelled(cancelled))) => Err(cancelled.into()),
             (a, _) => a,
         };
     }

@@ -53,6 +53,17 @@ pub(super) fn open_face(rms_mm: [f64; 2]) -> String {
     )
 }
 
+/// The same where only one end gave a pose: an end that fits two poses alike fits as well, and may be the one that was seen. An end
+/// that was refused for anything else was not.
+pub(super) fn open_face_beside(other_end: &Refusal) -> Option<String> {
+    other_end.rivals.as_ref().map(|_| {
+        format!(
+            "the face of the solid that was seen cannot be told: no belt, no view direction and no normals, and the other face may be the one ({}); give view_direction in [scans]",
+            other_end.reason
+        )
+    })
+}
+
 /// Refuses a scan whose extent is not the part's.
 pub(super) fn wrong_size(part: &Part, points: &[Point3]) -> Result<(), Stop> {
     let extent = bulk_extent(points);
@@ -183,4 +194,17 @@ pub(super) fn ambiguous(rivals: Rivals) -> Refusal {
         "make sure that a hole, edge or bend that tells them apart is in view; a symmetric part needs a mark of its own",
     );
     Refusal { rivals: Some(rivals), ..refusal }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_that_fits_two_poses_leaves_the_face_open_and_one_that_fits_none_does_not() {
+        let rivals = Rivals { margin: 1.1, margin_limit: 1.5, apart: Some((0.5, 2.0)) };
+        let told = open_face_beside(&ambiguous(rivals)).expect("it fits");
+        assert!(told.contains("two poses of the part fit almost alike") && told.contains("view_direction"), "{told}");
+        assert_eq!(open_face_beside(&nothing_fits()), None);
+    }
 }
