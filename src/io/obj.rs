@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::field::{excerpt, integer, not_a_number, number, words};
 use super::lines::{Line, Lines, may_be_cut_off};
-use super::polygon::triangulate;
+use super::polygon::{Work, triangulate};
 use super::{format, stl};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::Mesh;
@@ -22,6 +22,9 @@ pub fn read(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mesh, Re
             run.check()?;
         }
         let (statement, ended) = with_continuation(line, &mut lines)?;
+        if reader.work.is_due(reader.corners.len()) {
+            run.check()?;
+        }
         reader.statement(&statement, line, ended).map_err(|diagnostic| diagnostic.at_line(line.number))?;
     }
     Ok(reader.mesh)
@@ -50,6 +53,8 @@ fn with_continuation<'a>(first: Line<'a>, lines: &mut Lines<'a>) -> Result<(Cow<
 struct Reader {
     mm_per_unit: f64,
     mesh: Mesh,
+    /// Faces cut so far; counted when the next statement is read.
+    work: Work,
     /// Corners of the face at hand.
     corners: Vec<u32>,
     /// Corners that all faces so far have; 0 none yet, `usize::MAX` they differ.

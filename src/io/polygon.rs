@@ -11,6 +11,27 @@ const MOST_CORNERS: usize = 512;
 /// A turn to the wrong side by less than this part of the polygon's size squared is rounding in the file.
 const FLAT: f64 = 1e-9;
 
+/// How much cutting was done since somebody last looked whether the job goes on.
+#[derive(Default)]
+pub struct Work(u64);
+
+impl Work {
+    /// Corner triples that may be looked at before the next look at the cancel flag: some milliseconds.
+    const BETWEEN_LOOKS: u64 = 1 << 21;
+
+    /// Counts a polygon that is to be cut; whether it is time to look.
+    pub fn is_due(&mut self, corners: usize) -> bool {
+        // A fan of more corners takes no time.
+        let corners = corners.clamp(3, MOST_CORNERS) as u64;
+        self.0 += corners.pow(3);
+        let due = self.0 >= Self::BETWEEN_LOOKS;
+        if due {
+            self.0 = 0;
+        }
+        due
+    }
+}
+
 /// Cuts a polygon into triangles that keep its winding and appends them. A corner that repeats its neighbour is taken
 /// once; a polygon with fewer than three distinct corners gives nothing.
 ///
@@ -177,6 +198,17 @@ mod tests {
         triangulate(&[0, 1, 1, 2, 3, 0], &vertices, &mut triangles).unwrap();
         assert_eq!(triangles, [[0, 1, 2], [0, 2, 3]]);
         triangulate(&[0, 2, 1, 3], &vertices, &mut triangles).unwrap();
+    }
+
+    #[test]
+    fn the_cost_of_a_polygon_says_when_to_look_at_the_cancel_flag() {
+        let looks = |corners: usize, faces: usize| {
+            let mut work = Work::default();
+            (0..faces).filter(|_| work.is_due(corners)).count()
+        };
+        assert_eq!((looks(512, 100), looks(1_000_000, 100), looks(128, 100)), (100, 100, 100));
+        // 2^21 / 3^3 triangles.
+        assert_eq!((looks(3, 77_672), looks(3, 77_673)), (0, 1));
     }
 
     #[test]

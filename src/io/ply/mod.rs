@@ -46,8 +46,9 @@ pub fn read_mesh(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mes
         return Err(Diagnostic::error(message).with_help("the CAD is damaged; export it again").into());
     }
     let mut triangles = Vec::new();
+    let mut work = polygon::Work::default();
     for (record, corners) in (0_u64..).zip(body.faces.iter()) {
-        if record % 65_536 == 0 {
+        if work.is_due(corners.len()) {
             run.check()?;
         }
         polygon::triangulate(corners, &vertices, &mut triangles)

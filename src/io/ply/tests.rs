@@ -4,7 +4,7 @@ use super::{read_cloud, read_mesh};
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{LengthUnit, Point3, PointCloud};
 use crate::io::write_ply_cloud;
-use crate::run::RunContext;
+use crate::run::{CancelToken, RunContext};
 
 const RUN: RunContext = RunContext::silent();
 
@@ -213,4 +213,32 @@ fn a_scan_far_away_is_read_from_doubles_and_refused_from_floats() {
     let told = said(file("float", |x| (x as f32).to_le_bytes().to_vec()));
     assert!(told.message.contains("y is about 900000 mm") && told.message.contains("steps of 0.062 mm"), "{told}");
     assert!(told.help.unwrap().contains("as double"));
+}
+
+/// A spiral wall of two turns: only at its tip can an ear be cut, so that each one takes a look at nearly all corners.
+#[test]
+fn a_job_over_costly_polygons_can_be_stopped() {
+    let corner = |k: u32, off: f64| {
+        let angle = 4.0 * std::f64::consts::PI * f64::from(k) / 256.0;
+        let radius = 10.0 + f64::from(k) / 64.0 - off;
+        format!("{} {} 0\n", radius * angle.cos(), radius * angle.sin())
+    };
+    let wall: String = (0..256).map(|k| corner(k, 0.0)).chain((0..256).rev().map(|k| corner(k, 0.005))).collect();
+    let face: String = std::iter::once(512).chain(0..512).map(|index| format!("{index} ")).collect();
+    let file = format!(
+        "ply\nformat ascii 1.0\nelement vertex 512\nproperty double x\nproperty double y\nproperty double z\n\
+         element face 2000\nproperty list uint int vertex_indices\nend_header\n{wall}{}",
+        format!("{face}\n").repeat(2000)
+    );
+    let cancel = CancelToken::default();
+    let observe = |_| ();
+    let run = RunContext::new(&cancel, &observe);
+    let result = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(std::time::Duration::from_millis(300));
+            cancel.cancel();
+        });
+        read_mesh(file.as_bytes(), 1.0, &run)
+    });
+    assert!(matches!(result, Err(ReadError::Cancelled(_))), "cut 2000 spirals before the flag was up, or did not look");
 }
