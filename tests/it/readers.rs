@@ -1,6 +1,7 @@
 //! Every odd, broken and valid file of other programs' tests is read, or refused with a message and a help.
 //!
-//! The files are not part of the project: `SHAPELINE_REFERENCE_DATA` names the folder that has them in `odd_files/`.
+//! Those files are not part of the project: `SHAPELINE_REFERENCE_DATA` names the folder that has them in `odd_files/`. A few small ones
+//! of our own, beside the tests, are always read.
 
 use shapeline::diagnostic::{Diagnostic, ReadError};
 use shapeline::geometry::{LengthUnit, Mesh, PointCloud};
@@ -56,11 +57,23 @@ fn assert_helpful(error: ReadError) {
     assert!(said.to_string().len() < 1000, "{said}");
 }
 
+/// The folder of our own.
+fn own_odd_files() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/odd_files")
+}
+
 #[test]
 fn every_odd_file_is_read_or_refused_with_help() {
+    let own = all_files(&own_odd_files());
+    assert_eq!(own.len(), 18);
+    read_or_refused(own);
     let Some(folder) = odd_files() else { return };
     let files = all_files(&folder);
     assert!(files.len() >= 100, "only {} files in {}", files.len(), folder.display());
+    read_or_refused(files);
+}
+
+fn read_or_refused(files: Vec<PathBuf>) {
     for file in files {
         let name = file.display();
         let mesh = catch_unwind(|| mesh_of(&file)).unwrap_or_else(|_| panic!("{name}: panic as a mesh"));
@@ -160,4 +173,52 @@ fn faults_are_told_with_their_line() {
     assert_eq!(surplus.line, Some(23));
     assert!(refused("points_agisoft.xyz").help.unwrap().contains("STL"));
     assert!(refused("emptyIO__stl_empty_bin.stl").message.contains("no faces"));
+}
+
+#[test]
+fn small_valid_files_of_other_systems_are_read() {
+    let folder = own_odd_files();
+    for (name, triangles) in
+        [("text_crlf.stl", 2), ("binary_named_solid.stl", 1), ("crlf.ply", 1), ("crlf_quad.obj", 2)]
+    {
+        let mesh = mesh_of(&folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(mesh.triangles.len(), triangles, "{name}");
+    }
+    let cloud = cloud_of(&folder.join("vertex_nan.ply")).expect("a cloud may have gaps");
+    assert_eq!((cloud.len(), cloud.skipped_invalid), (2, 1));
+}
+
+#[test]
+fn small_broken_files_are_refused_with_their_fault_and_place() {
+    let folder = own_odd_files();
+    for (name, as_mesh, cut_off, line, words) in [
+        ("text_cut_off.stl", true, true, Some(12), "expected a coordinate"),
+        (
+            "binary_counts_too_many.stl",
+            true,
+            true,
+            None,
+            "counts 3 facets, which makes 234 bytes, but the file has 134",
+        ),
+        ("vertex_nan.stl", true, false, Some(5), "coordinate NaN, expected a finite number"),
+        ("count_huge.ply", false, true, Some(3), "counts 18446744073709551615 records of \"vertex\""),
+        ("count_four_of_three.ply", false, true, Some(10), "ends after 3 of 4 records of \"vertex\""),
+        ("type_unknown.ply", false, false, Some(6), "\"half\" found, expected a number type"),
+        ("vertex_nan.ply", true, false, None, "1 vertices with a coordinate that is not finite"),
+        ("corner_out_of_range.ply", true, false, Some(13), "face names vertex 7, expected 0 to 2"),
+        ("index_zero.obj", true, false, Some(4), "face names vertex 0, expected 1 to 3 or -3 to -1"),
+        ("decimal_comma.txt", false, false, Some(1), "\"1,5\" found, expected a number"),
+        ("decimal_comma.csv", false, false, Some(2), "\"1,5\" found, expected a number"),
+        ("count_too_many.pts", false, true, Some(3), "2 points found, expected 3 as line 1 says"),
+        ("row_short.xyz", false, false, Some(2), "2 columns found, expected 3"),
+        ("empty.xyz", false, true, None, "the file is empty"),
+    ] {
+        let file = folder.join(name);
+        let read = if as_mesh { mesh_of(&file).map(drop) } else { cloud_of(&file).map(drop) };
+        let error = read.expect_err(name);
+        assert_eq!(matches!(error, ReadError::CutOff(_)), cut_off, "{name}");
+        let told = diagnostic(error);
+        assert_eq!(told.line, line, "{name}: {told}");
+        assert!(told.message.contains(words), "{name}: {told}");
+    }
 }
