@@ -101,7 +101,7 @@ fn rows(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Vec<Row>
             let place = |lock: &RpsLock| values.iter().position(|v| v.index == lock.feature).unwrap_or(0);
             locks.iter().map(|lock| point(place(lock), lock.lock)).collect()
         }
-        AlignmentMethod::BestFit => Vec::new(),
+        AlignmentMethod::BestFit | AlignmentMethod::Regions(_) => Vec::new(),
     }
 }
 

@@ -98,7 +98,7 @@ pub(super) fn datum_indices(method: &AlignmentMethod) -> Vec<usize> {
             }
             seen
         }
-        AlignmentMethod::BestFit => Vec::new(),
+        AlignmentMethod::BestFit | AlignmentMethod::Regions(_) => Vec::new(),
     }
 }
 

@@ -4,6 +4,7 @@
 use super::datum::{DatumError, hold_of, solve};
 use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_uncertainty};
 use super::pose::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
+use super::region_fit::align_on_regions;
 use super::rounds::{Rounds, corners};
 use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
 use crate::measure::slot::NominalSlot;
@@ -27,10 +28,13 @@ pub struct AlignmentInput<'a> {
 }
 
 /// How far from its nominal place a datum feature is looked for, mm: the error of the best fit on a deformed part.
-const DATUM_SEARCH_MM: f64 = 4.0;
+pub(super) const DATUM_SEARCH_MM: f64 = 4.0;
 /// Rounds of measuring and solving. Two or three suffice: each shrinks the remaining motion by about the ratio of the
 /// windows' curvature to the best fit's error.
-const MOST_ROUNDS: usize = 12;
+pub(super) const MOST_ROUNDS: usize = 12;
+/// Rounds after which datums keep their weights: what windows tell of their own uncertainty toggles with single points, and more locks
+/// than are needed would follow it for ever.
+const WEIGHING_ROUNDS: usize = 3;
 
 /// Aligns on the plan's datum features. A feature that cannot be measured leaves the best fit, marked `degraded`.
 pub fn align_on_plan(
@@ -41,19 +45,28 @@ pub fn align_on_plan(
     if input.plan.alignment == AlignmentMethod::BestFit {
         return Ok(on_best_fit(best_fit));
     }
+    if let AlignmentMethod::Regions(fit) = &input.plan.alignment {
+        return align_on_regions(input, best_fit, fit, run);
+    }
     if let Some(reason) = best_fit.open_face.clone() {
         return Ok(degraded(input, best_fit, Missing { reason, names: Vec::new(), found: Vec::new() }));
     }
     let mut rounds = Rounds::from(best_fit.cad_from_scan, &input.part.bounds);
     let mut last = Vec::new();
-    for _ in 0..MOST_ROUNDS {
+    let mut weights: Vec<DatumErrors> = Vec::new();
+    for round in 0..MOST_ROUNDS {
         run.check()?;
         let found = match measure_datums(input, best_fit, rounds.pose()) {
             Ok(found) => found,
             Err(missing) => return Ok(degraded(input, best_fit, missing)),
         };
-        let motion = match solved(input, &found) {
-            Ok(motion) => motion,
+        let mut values = values(input, &found);
+        if round < WEIGHING_ROUNDS {
+            weights = values.iter().map(|value| value.errors.clone()).collect();
+        }
+        values.iter_mut().zip(&weights).for_each(|(value, errors)| value.errors.clone_from(errors));
+        let motion = match solve(datums(input), &values, None) {
+            Ok(held) => held.motion,
             Err(error) => return Ok(degraded(input, best_fit, Missing::because(error, found))),
         };
         rounds.add(&motion);
@@ -75,14 +88,10 @@ pub fn align_on_plan(
 
 /// The best fit as the alignment that the plan asks for.
 fn on_best_fit(best_fit: &BestFit) -> (FeatureAlignment, PoseUncertainty) {
-    let left_mm = best_fit.unfinished_mm;
-    let unfinished = (!best_fit.converged).then(|| {
-        format!("the best fit did not settle: it may still be {left_mm:.3} mm off at the part's furthest corner")
-    });
     let alignment = FeatureAlignment {
         method: "best_fit",
         cad_from_scan: best_fit.cad_from_scan,
-        degraded: best_fit.open_face.clone().or(unfinished),
+        degraded: best_fit.open_face.clone().or_else(|| best_fit.left_undone()),
         missing: Vec::new(),
         features: Vec::new(),
         hold: None,
@@ -121,12 +130,12 @@ fn ended(
 }
 
 /// Why the plan's alignment is not possible.
-struct Missing {
-    reason: String,
+pub(super) struct Missing {
+    pub reason: String,
     /// Datums that could not be measured.
-    names: Vec<String>,
+    pub names: Vec<String>,
     /// Those that could.
-    found: Vec<Found>,
+    pub found: Vec<Found>,
 }
 
 impl Missing {
@@ -139,13 +148,13 @@ fn method_key(method: &AlignmentMethod) -> &'static str {
     match method {
         AlignmentMethod::Features { .. } => "features",
         AlignmentMethod::Rps(_) => "rps",
-        AlignmentMethod::BestFit => "best_fit",
+        AlignmentMethod::BestFit | AlignmentMethod::Regions(_) => "best_fit",
     }
 }
 
 /// A datum feature as measured, with its index in the plan.
 #[derive(Debug, Clone)]
-enum Found {
+pub(super) enum Found {
     Hole(usize, HoleFound),
     Slot(usize, SlotFound),
     Surface(usize, SurfaceFound),
@@ -265,11 +274,6 @@ fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, 
     }
 }
 
-/// The motion that the datums ask for.
-fn solved(input: &AlignmentInput, found: &[Found]) -> Result<Isometry3, DatumError> {
-    Ok(solve(datums(input), &values(input, found), None)?.motion)
-}
-
 fn uncertainty_of(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
     pose_uncertainty(datums(input), &values(input, found), pivot(input))
 }
@@ -288,10 +292,15 @@ fn pivot(input: &AlignmentInput) -> Point3 {
     match &input.plan.alignment {
         AlignmentMethod::Features { hole, .. } => input.plan.features[*hole].geometry.position(),
         AlignmentMethod::Rps(_) | AlignmentMethod::BestFit => input.part.bounds.centre(),
+        AlignmentMethod::Regions(fit) => fit.middle(),
     }
 }
 
-fn degraded(input: &AlignmentInput, best_fit: &BestFit, missing: Missing) -> (FeatureAlignment, PoseUncertainty) {
+pub(super) fn degraded(
+    input: &AlignmentInput,
+    best_fit: &BestFit,
+    missing: Missing,
+) -> (FeatureAlignment, PoseUncertainty) {
     let alignment = FeatureAlignment {
         method: "best_fit",
         cad_from_scan: best_fit.cad_from_scan,
@@ -372,7 +381,7 @@ fn fixes_in_words(method: &AlignmentMethod, index: usize) -> String {
             1 => "one lock".into(),
             n => format!("{n} locks"),
         },
-        AlignmentMethod::BestFit => String::new(),
+        AlignmentMethod::BestFit | AlignmentMethod::Regions(_) => String::new(),
     }
 }
 

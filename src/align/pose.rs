@@ -33,6 +33,16 @@ pub struct BestFit {
     pub open_face: Option<String>,
 }
 
+impl BestFit {
+    /// Why nothing may be judged in it, where its iteration did not end.
+    pub(super) fn left_undone(&self) -> Option<String> {
+        let left_mm = self.unfinished_mm;
+        (!self.converged).then(|| {
+            format!("the best fit did not settle: it may still be {left_mm:.3} mm off at the part's furthest corner")
+        })
+    }
+}
+
 /// A datum feature as found, CAD frame, on the CAD's own face, in the final alignment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredFeature {
@@ -121,6 +131,11 @@ impl PoseUncertainty {
     /// No motion yet. `pivot`: the point that the alignment holds, CAD frame.
     pub fn none(pivot: Point3) -> Self {
         Self { motions: Vec::new(), edge_offset: Vec::new(), edge_offsets_together: None, pivot }
+    }
+
+    /// What single errors do to the part, without those of edge offsets.
+    pub(super) fn motions(&self) -> &[Isometry3] {
+        &self.motions
     }
 
     /// Adds what one independent error does to the part, CAD frame.

@@ -2,14 +2,15 @@
 //! pushed through the alignment itself.
 
 use crate::align::{
-    BEST_FIT_POINTS, DatumErrors, Datums, PoseUncertainty, expected_best_fit, expected_pose_uncertainty,
+    BEST_FIT_POINTS, DatumErrors, Datums, PoseUncertainty, REGION_POINTS, expected_best_fit, expected_pose_uncertainty,
+    expected_region_fit,
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{UnitVector3, Vector3};
-use crate::part::Face;
+use crate::part::Part;
 use crate::plan::expected::{Expected, OpeningStd};
 use crate::plan::{
-    AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, SlotReading, UncertaintySettings,
+    AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, Side, SlotReading, UncertaintySettings,
 };
 use nalgebra::{Matrix2, Vector2};
 
@@ -26,8 +27,8 @@ pub struct Outlook<'a> {
     pub rig: Option<&'a Rig>,
     /// What the scans cannot show.
     pub uncertainty: UncertaintySettings,
-    /// The face that is seen: a best fit is held by all of it.
-    pub face: Option<&'a Face>,
+    /// The CAD, the surface of which holds a best fit.
+    pub part: Option<&'a Part>,
 }
 
 /// What to expect of a comparison point: expanded uncertainties (k = 2), mm along its direction.
@@ -45,18 +46,18 @@ impl<'a> Outlook<'a> {
     /// Of a plan.
     pub fn of(plan: &'a Plan) -> Self {
         let Plan { alignment, features, comparison, rig, uncertainty, .. } = plan;
-        Self { method: alignment, features, comparison, rig: rig.as_ref(), uncertainty: *uncertainty, face: None }
+        Self { method: alignment, features, comparison, rig: rig.as_ref(), uncertainty: *uncertainty, part: None }
     }
 
     /// Of what is sound of a plan, if that tells its alignment.
     pub fn of_draft(draft: &'a Draft) -> Option<Self> {
         let Draft { alignment, features, comparison, rig, .. } = draft;
         let uncertainty = draft.uncertainty.unwrap_or_default();
-        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref(), uncertainty, face: None })
+        Some(Self { method: alignment.as_ref()?, features, comparison, rig: rig.as_ref(), uncertainty, part: None })
     }
 
     /// What the pose's error will do to each comparison point along its direction, mm (standard deviation); `None` where the
-    /// datums do not hold the part, and for a best fit to a face that is not known, or does not hold the part by itself.
+    /// datums do not hold the part, and for a best fit to a CAD that is not known, or whose surface does not hold the part by itself.
     pub fn pose_errors_mm(&self) -> Option<Vec<f64>> {
         let pose = pose(self, self.method)?;
         Some(self.comparison.iter().map(|point| error_mm(&pose, &point.geometry)).collect())
@@ -68,12 +69,12 @@ impl<'a> Outlook<'a> {
         Some(self.expected()?.iter().map(|expected| expected.u_mm).collect())
     }
 
-    /// The same with its parts: the datums through the pose (a best fit to a face that is not known owes next to nothing), the point's
+    /// The same with its parts: the datums through the pose (a best fit to a CAD that is not known owes next to nothing), the point's
     /// own fit, the measuring system and the edges' offset. What it leaves out (shadows, scale, thickness seen from the other
     /// side) only adds to it.
     pub fn expected(&self) -> Option<Vec<ExpectedU>> {
-        let pose_mm = match (self.method, self.face) {
-            (AlignmentMethod::BestFit, None) => vec![0.0; self.comparison.len()],
+        let pose_mm = match (self.method, self.part) {
+            (AlignmentMethod::BestFit | AlignmentMethod::Regions(_), None) => vec![0.0; self.comparison.len()],
             _ => self.pose_errors_mm()?,
         };
         let expected = Expected::of(self.rig);
@@ -151,10 +152,19 @@ pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
 /// The uncertainty of the pose to expect; `None` where the datums do not hold the part.
 fn pose(outlook: &Outlook, method: &AlignmentMethod) -> Option<PoseUncertainty> {
     let expected = Expected::of(outlook.rig);
-    if *method == AlignmentMethod::BestFit {
-        let face = outlook.face?;
+    let whole = |part: &Part| {
+        let face = part.face(Side::Top);
         let mm2_per_point = face.mesh.area() / BEST_FIT_POINTS as f64;
-        return expected_best_fit(face, expected.thinned_variance_mm4(mm2_per_point));
+        expected_best_fit(face, expected.thinned_variance_mm4(mm2_per_point))
+    };
+    match method {
+        AlignmentMethod::BestFit => return whole(outlook.part?),
+        AlignmentMethod::Regions(fit) => {
+            let part = outlook.part?;
+            let variance_mm4 = |area_mm2: f64| expected.thinned_variance_mm4(area_mm2 / REGION_POINTS as f64);
+            return expected_region_fit(part, Side::Top, fit, whole(part).as_ref(), variance_mm4);
+        }
+        AlignmentMethod::Features { .. } | AlignmentMethod::Rps(_) => {}
     }
     let positions = outlook.features.iter().map(|f| f.geometry.position());
     let first = outlook.features.first()?.geometry.position();

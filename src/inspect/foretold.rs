@@ -108,8 +108,8 @@ fn others(outlook: &Outlook) -> Vec<AlignmentMethod> {
         let (hole, slot, point) = datums?;
         Some(AlignmentMethod::Features { hole, slot, slot_reading, point })
     });
-    let by_face = outlook.face.map(|_| AlignmentMethod::BestFit);
-    by_features.chain(by_face).filter(|method| method != outlook.method).collect()
+    let by_fit = outlook.part.map(|_| AlignmentMethod::BestFit);
+    by_features.chain(by_fit).filter(|method| method != outlook.method).collect()
 }
 
 fn words(method: &AlignmentMethod) -> String {
@@ -122,6 +122,7 @@ fn words(method: &AlignmentMethod) -> String {
         }
         AlignmentMethod::Rps(locks) => format!("rps, {} locks", locks.len()),
         AlignmentMethod::BestFit => "best_fit".to_owned(),
+        AlignmentMethod::Regions(fit) => format!("best_fit, {} regions", fit.regions.len()),
     }
 }
 
@@ -129,7 +130,7 @@ fn words(method: &AlignmentMethod) -> String {
 mod tests {
     use super::*;
     use crate::part::{Part, PartSettings};
-    use crate::plan::{CadSide, RpsLock, Side};
+    use crate::plan::{CadSide, RpsLock};
     use crate::run::RunContext;
     use crate::simulate::{BracketParameters, bracket};
 
@@ -139,7 +140,7 @@ mod tests {
         let settings = PartSettings { cad_side: CadSide::Top, thickness_mm: 1.2, plan_directions: Vec::new() };
         let part = Part::prepare(made.mesh.clone(), String::new(), &settings, &RunContext::silent()).unwrap();
         let mut plan = made.plan();
-        let outlook = Outlook { face: Some(part.face(Side::Top)), ..Outlook::of(&plan) };
+        let outlook = Outlook { part: Some(&part), ..Outlook::of(&plan) };
         let foretold = foretell(&outlook).unwrap();
         assert_eq!(foretold.points.len(), plan.comparison.len());
         assert!(foretold.points.is_sorted_by(|a, b| a.share() >= b.share()) && !foretold.from_rig);

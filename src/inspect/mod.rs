@@ -8,6 +8,7 @@ mod foretold;
 pub mod map;
 pub mod pipeline;
 pub mod plan_check;
+mod region_check;
 pub mod result;
 mod rims;
 pub mod verdict;

@@ -3,6 +3,7 @@
 //!
 //! Everything is compared with the CAD's own surface, not with the face moved by the sheet's thickness.
 
+use super::region_check::check_regions;
 use super::rims::{Rim, rims};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point3, UnitVector3, Vector3};
@@ -28,12 +29,16 @@ const STEP_MM: f64 = 2.0;
 /// Compares every feature and comparison point of a plan with the CAD. Warnings, and errors where a point is so far away that the
 /// plan cannot belong to this CAD; in the plan's order of files and lines.
 pub fn check_against_part(plan: &Plan, part: &Part) -> Vec<Diagnostic> {
-    check_points(&plan.path, &plan.features, &plan.comparison, part)
+    let mut found = check_points(&plan.path, &plan.features, &plan.comparison, part);
+    found.extend(check_regions(&plan.path, Some(&plan.alignment), part));
+    found
 }
 
 /// The same for what is sound of a plan.
 pub fn check_draft(draft: &Draft, part: &Part) -> Vec<Diagnostic> {
-    check_points(&draft.path, &draft.features, &draft.comparison, part)
+    let mut found = check_points(&draft.path, &draft.features, &draft.comparison, part);
+    found.extend(check_regions(&draft.path, draft.alignment.as_ref(), part));
+    found
 }
 
 fn check_points(path: &Path, features: &[Feature], comparison: &[ComparisonPoint], part: &Part) -> Vec<Diagnostic> {

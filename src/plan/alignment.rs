@@ -2,6 +2,7 @@
 
 use super::nominal::{AlignmentMethod, Feature, Geometry, RpsLock, SlotReading};
 use super::reader::{Entry, TableReader, quoted};
+use super::regions::region_fit;
 use super::sections::finish;
 use super::shapes::ReadFeature;
 use super::suggest::nearest;
@@ -36,14 +37,16 @@ pub(super) fn alignment(table: TableReader<'_>, features: &[ReadFeature]) -> Opt
     let result = match method {
         Some(Method::Features) => by_features(&table, features),
         Some(Method::Rps) => by_rps(&table, features),
-        Some(Method::BestFit) => Some(AlignmentMethod::BestFit),
+        Some(Method::BestFit) => {
+            region_fit(&table).map(|fit| fit.map_or(AlignmentMethod::BestFit, AlignmentMethod::Regions))
+        }
         None => None,
     };
-    for key in ["hole", "slot", "slot_reading", "point", "rps"] {
+    for key in ["hole", "slot", "slot_reading", "point", "rps", "region", "freeze"] {
         let unused = match method {
-            Some(Method::Features) => key == "rps",
+            Some(Method::Features) => ["rps", "region", "freeze"].contains(&key),
             Some(Method::Rps) => key != "rps",
-            Some(Method::BestFit) => true,
+            Some(Method::BestFit) => key != "region" && key != "freeze",
             None => false,
         };
         if let Some(entry) = table.optional(key)
@@ -172,7 +175,10 @@ fn check_levers(
             help,
         );
     } else if holds < SHORT_LEVER_MM {
-        point_entry.odd(format!("{}, expected {SHORT_LEVER_MM} mm or more", words()), help);
+        point_entry.odd(
+            format!("{}, expected {SHORT_LEVER_MM} mm or more: the turn about {axis_words} is held weakly", words()),
+            help,
+        );
     }
 }
 

@@ -1,5 +1,6 @@
 //! Nominal features, comparison points, and how the features hold the part.
 
+use super::regions::RegionFit;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use std::path::PathBuf;
 
@@ -39,6 +40,8 @@ pub enum AlignmentMethod {
     Rps(Vec<RpsLock>),
     /// The robust best fit is the alignment.
     BestFit,
+    /// A best fit to chosen regions, from where the robust best fit is.
+    Regions(RegionFit),
 }
 
 /// Nominal shape of a feature or of a comparison point, in the CAD frame.

@@ -13,7 +13,7 @@ const HOMES: [(&str, &[&str]); 8] = [
     ("cad", &["file", "unit"]),
     ("scans", &["folder", "pattern", "unit", "order", "taken", "view_direction", "views"]),
     ("background", &["belt_plane", "belt_clearance_mm", "belt_colours", "colour_tolerance", "luminance_min"]),
-    ("alignment", &["method", "hole", "slot", "slot_reading", "point", "rps"]),
+    ("alignment", &["method", "hole", "slot", "slot_reading", "point", "rps", "region", "freeze"]),
     ("rig", &["distance_mm", "base_mm", "focal_mm", "pixel_um", "image_accuracy_px", "resolution_level"]),
     ("uncertainty", &["scale_ppm", "thickness_mm", "system_mm", "edge_offset_mm", "edge_offset_u_mm"]),
     ("output", &["folder", "formats", "map_range_mm"]),

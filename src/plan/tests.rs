@@ -294,6 +294,61 @@ fn locks_must_hold_all_six_motions() {
     assert_golden("rps.txt", include_str!("goldens/rps.txt"), &found);
 }
 
+/// A plan of a best fit with these lines in and after `[alignment]`.
+fn region_plan(lines: &str) -> String {
+    format!(
+        "schema = 1\n[part]\nname = \"a\"\nthickness_mm = 0\n[cad]\nfile = \"a.stl\"\n[alignment]\nmethod = \"best_fit\"\n{lines}\n"
+    )
+}
+
+#[test]
+fn regions_are_read_and_nonsense_is_told() {
+    let ball = "[[alignment.region]]\ncentre = [1, 2, 3]\nradius_mm = 10\n";
+    let text = format!(
+        "freeze = [\"rz\", \"x\"]\n{ball}[[alignment.region]]\nname = \"flange\"\ncentre = [9, 2, 3]\nsize_mm = [4, 6, 2]\nweight = 2.5\n"
+    );
+    let loaded = read(&region_plan(&text));
+    let Some(Plan { alignment: AlignmentMethod::Regions(fit), .. }) = &loaded.plan else {
+        panic!("{}", words(&loaded.problems));
+    };
+    assert_eq!(fit.freeze, [Freedom::X, Freedom::Rz]);
+    let [first, second] = fit.regions.as_slice() else { panic!("two regions") };
+    assert_eq!((first.name.as_str(), first.weight, first.line), ("region 1", 1.0, 10));
+    assert_eq!((second.name.as_str(), second.weight), ("flange", 2.5));
+    assert_eq!(fit.middle(), Point3::new(5.0, 2.0, 3.0));
+    let inside = |p: [f64; 3]| fit.regions.iter().map(|r| r.contains(&Point3::from(p))).collect::<Vec<_>>();
+    assert_eq!(inside([8.0, 5.0, 2.0]), [true, true]);
+    assert_eq!(inside([9.0, 5.0, 4.01]), [true, false]);
+    assert_eq!(inside([1.0, 2.0, 13.01]), [false, false]);
+    assert_eq!(read(&region_plan("")).plan.unwrap().alignment, AlignmentMethod::BestFit);
+    let mut found = String::new();
+    for (what, lines) in [
+        ("all frozen", format!("freeze = [\"x\", \"y\", \"z\", \"rx\", \"ry\", \"rz\"]\n{ball}")),
+        ("unknown freedom", format!("freeze = [\"x\", \"rq\"]\n{ball}")),
+        ("freedom twice", format!("freeze = [\"x\", \"x\"]\n{ball}")),
+        ("freedoms as text", format!("freeze = \"x\"\n{ball}")),
+        ("a number for a freedom", format!("freeze = [1]\n{ball}")),
+        ("frozen without regions", "freeze = [\"x\"]".to_owned()),
+        ("weight 0", format!("{ball}weight = 0\n")),
+        ("no extent", ball.replace("radius_mm = 10", "")),
+        ("two extents", format!("{ball}size_mm = [1, 1, 1]\n")),
+        ("flat box", ball.replace("radius_mm = 10", "size_mm = [1, 1, 0]")),
+        ("misspelt key", ball.replace("radius_mm", "radius")),
+        ("no regions", "region = []".to_owned()),
+        ("misspelt centre", ball.replace("centre", "center")),
+    ] {
+        let loaded = read(&region_plan(&lines));
+        assert_eq!(loaded.plan.is_none(), loaded.any_error(), "{what}");
+        let _ = writeln!(found, "# {what}\n{}", words(&loaded.problems));
+    }
+    let _ = writeln!(
+        found,
+        "# regions beside features\n{}",
+        words(&read(&changed("point = \"A1\" ", &format!("point = \"A1\"\n{ball}#"))).problems)
+    );
+    assert_golden("regions.txt", include_str!("goldens/regions.txt"), &found);
+}
+
 /// The example with its points taken out into a file with this text.
 fn with_comparison_file(folder: &Path, bytes: &[u8]) -> Loaded {
     std::fs::write(folder.join("points.csv"), bytes).unwrap();

@@ -143,7 +143,7 @@ pub(super) fn unit(reader: &TableReader<'_>) -> Option<LengthUnit> {
     }
 }
 
-fn triple(entry: Entry<'_>, what: &str, example: &str) -> Option<[f64; 3]> {
+pub(super) fn triple(entry: Entry<'_>, what: &str, example: &str) -> Option<[f64; 3]> {
     let numbers = entry.numbers(what, example)?;
     let help = match numbers.as_slice() {
         [x, y, z] => return Some([*x, *y, *z]),

@@ -93,6 +93,7 @@ pub fn kind(kind: &str) -> &'static str {
         "edge" => "Trimmed edge",
         "hole" => "Hole",
         "slot" => "Slot",
+        "region" => "Region",
         _ => "Point",
     }
 }

@@ -16,7 +16,7 @@ const STEPS: usize = 12;
 /// The motion that puts the actual part, from its true pose, where the plan's alignment wants it. `None` for a best fit
 /// (no exact answer), for a feature that is not there, and for datums that leave a motion free.
 pub(super) fn alignment(actual: &Actual) -> Option<Isometry3> {
-    if actual.subject.plan.alignment == AlignmentMethod::BestFit {
+    if matches!(actual.subject.plan.alignment, AlignmentMethod::BestFit | AlignmentMethod::Regions(_)) {
         return None;
     }
     let centre = actual.subject.plan.features.first()?.geometry.position();
@@ -57,7 +57,7 @@ fn open(actual: &Actual, motion: &Isometry3) -> Option<DVector<f64>> {
     let plan = &actual.subject.plan;
     let mut numbers = Vec::new();
     match &plan.alignment {
-        AlignmentMethod::BestFit => return None,
+        AlignmentMethod::BestFit | AlignmentMethod::Regions(_) => return None,
         AlignmentMethod::Rps(locks) => {
             for lock in locks {
                 let found = actual.feature(lock.feature, motion)?;

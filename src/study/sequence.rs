@@ -83,7 +83,7 @@ impl Job<'_> {
     /// Simulated scans: each has its own truth.
     fn simulated(&self, count: u64, seed: u64, springback_mm: Option<f64>) -> Result<Study, Box<Diagnostic>> {
         let Examiner { plan, part } = self.examiner;
-        let best_fit = plan.alignment == AlignmentMethod::BestFit;
+        let best_fit = matches!(plan.alignment, AlignmentMethod::BestFit | AlignmentMethod::Regions(_));
         if best_fit && springback_mm.is_some_and(|mm| mm > 0.0) {
             let message = "the best fit of a bent part has no exact answer to compare with";
             let fault = Diagnostic::error(message).in_file(&plan.path).at_line(plan.alignment_line);

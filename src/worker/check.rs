@@ -5,7 +5,7 @@ use super::examine::{prepare_cad, prepare_part, settings_for};
 use super::results::ending_of;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::inspect::{Foretold, Outlook, axis_reading_warning, check_draft, foretell, tolerance_warnings};
-use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat, Side};
+use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
 use crate::report::{atomic, sequence};
 use crate::run::{Cancelled, RunContext};
 use std::fs;
@@ -38,8 +38,8 @@ pub fn foretell_plan(path: &Path, run: &RunContext) -> Result<Option<Foretold>, 
         Some(Ok((part, _))) => Some(part),
         Some(Err(_)) | None => None,
     };
-    let face = part.as_ref().map(|part| part.face(Side::Top));
-    Ok(Outlook::of_draft(&draft).and_then(|outlook| foretell(&Outlook { face, ..outlook })))
+    let part = part.as_ref();
+    Ok(Outlook::of_draft(&draft).and_then(|outlook| foretell(&Outlook { part, ..outlook })))
 }
 
 /// Warnings of an alignment that will hold the part poorly, and of tolerances that cannot be judged, with their places.

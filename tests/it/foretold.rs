@@ -1,8 +1,9 @@
 //! What `check --expected` says of the alignment, against what simulated scans of perfect parts show: by hole, slot and surface point, by
-//! more locked points than are needed, and by the best fit.
+//! more locked points than are needed, by the best fit and by regions of it.
 //!
 //! `SHAPELINE_ACCURACY_SCANS=N` looks at N scans instead of a few and prints the figures.
 
+use crate::region_fit::regions;
 use crate::support::{identity, inspect_scan, prepared};
 use shapeline::geometry::{CadFromScan, UnitVector3, Vector3};
 use shapeline::inspect::{Outcome, Outlook};
@@ -48,12 +49,18 @@ fn direction(geometry: &Geometry) -> Option<Vector3> {
 }
 
 /// Errors of the pose at the comparison points of a scan, each over what was foretold (standard deviations).
-fn ratios(plan: &Plan, part: &Part, cloud: shapeline::geometry::PointCloud, truth: &CadFromScan) -> Vec<f64> {
-    let outlook = Outlook { face: Some(part.face(Side::Top)), ..Outlook::of(plan) };
+fn ratios(
+    what: &str,
+    plan: &Plan,
+    part: &Part,
+    cloud: shapeline::geometry::PointCloud,
+    truth: &CadFromScan,
+) -> Vec<f64> {
+    let outlook = Outlook { part: Some(part), ..Outlook::of(plan) };
     let foretold = outlook.pose_errors_mm().expect("the part is held");
     let inspected = inspect_scan(plan, part, cloud, identity());
     let Outcome::Measured(inspection) = &inspected.result.outcome else { panic!("refused") };
-    assert_eq!(inspection.alignment.degraded, None);
+    assert_eq!(inspection.alignment.degraded, None, "{what}");
     let off = inspection.alignment.cad_from_scan.isometry() * truth.isometry().inverse();
     let at = |(point, foretold): (&shapeline::plan::ComparisonPoint, &f64)| {
         let place = point.geometry.position();
@@ -74,15 +81,21 @@ fn the_alignment_errs_as_is_foretold_whatever_holds_the_part() {
     let mut by_features = subject.plan.clone();
     by_features.scans.view_direction = Some(rig.view_direction);
     let by_fit = Plan { alignment: AlignmentMethod::BestFit, ..by_features.clone() };
-    let plans = [("features", by_features.clone()), ("rps", by_locks(&by_features)), ("best_fit", by_fit)];
-    let mut found = [const { Vec::new() }; 3];
+    let by_regions = Plan { alignment: AlignmentMethod::Regions(regions()), ..by_features.clone() };
+    let plans = [
+        ("features", by_features.clone()),
+        ("rps", by_locks(&by_features)),
+        ("best_fit", by_fit),
+        ("regions", by_regions),
+    ];
+    let mut found = [const { Vec::new() }; 4];
     for seed in 8100..8100 + count {
         let side = if seed % 2 == 0 { Side::Top } else { Side::Bottom };
         let pose = PoseChoice::side(&subject, side);
         let simulated = simulate_scan(&subject, &rig, &pose, seed, &RunContext::silent()).expect("not cancelled");
         let truth = simulated.truth.pose().expect("a pose");
-        for ((_, plan), found) in plans.iter().zip(&mut found) {
-            found.extend(ratios(plan, &part, simulated.cloud.clone(), &truth));
+        for ((name, plan), found) in plans.iter().zip(&mut found) {
+            found.extend(ratios(&format!("{name} {seed}"), plan, &part, simulated.cloud.clone(), &truth));
         }
     }
     let factor = if count < 20 { 2.0 } else { 1.5 };

@@ -17,6 +17,7 @@ mod nist_fits;
 mod pose_sweep;
 mod project;
 mod readers;
+mod region_fit;
 mod stacked_leaves;
 mod study;
 mod support;
