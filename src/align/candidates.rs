@@ -5,11 +5,11 @@ use super::pose_search::Mode;
 use super::rim::{DenseIndex, RimLock};
 use super::template::Template;
 use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, middle_value, tukey_weight};
-use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
+use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3, decompose};
 use crate::part::{Face, FaceSample, Part};
 use crate::plan::Side;
 use crate::run::{Cancelled, RunContext};
-use nalgebra::{Matrix3, Matrix5, SymmetricEigen, Translation3, UnitQuaternion, Vector5};
+use nalgebra::{Matrix3, Matrix5, Translation3, UnitQuaternion, Vector5};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -126,7 +126,7 @@ fn principal_axes(samples: &[FaceSample]) -> (Point3, Matrix3<f64>) {
         let d = p.point - middle;
         s + d * d.transpose()
     });
-    (middle, SymmetricEigen::new(spread).eigenvectors)
+    (middle, decompose::symmetric_eigen(spread).map_or_else(Matrix3::identity, |eigen| eigen.eigenvectors))
 }
 
 /// The side of which more is seen from a direction (CAD frame).

@@ -28,17 +28,27 @@ pub enum DatumError {
         /// How many were made.
         iterations: usize,
     },
+    /// Hole and slot lie in one place.
+    #[error("the hole and the slot lie in the same place, and no line runs between their centres")]
+    NoLine,
+    /// A datum's place or direction is not a number.
+    #[error("a datum's place, direction or uncertainty is not a finite number")]
+    NotFinite,
 }
+
+/// Centres nearer to each other have no line through them, mm.
+const SAME_PLACE_MM: f64 = 1e-9;
 
 /// The motion that brings the datums, in the order of `datum_indices`, to their nominal places.
 pub(super) fn solve(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Result<Held, DatumError> {
-    hold::solve(&rows(datums, values, nudge), datums.length_mm).map_err(|error| match error {
+    hold::solve(&rows(datums, values, nudge)?, datums.length_mm).map_err(|error| match error {
         HoldError::Free(motions) => {
             let names = names(datums);
             let words: Vec<String> = motions.iter().map(|motion| motion.in_words(&names)).collect();
             DatumError::FreeMotion { motion: words.join(" and ") }
         }
         HoldError::NotConverged { iterations } => DatumError::NotConverged { iterations },
+        HoldError::NotFinite => DatumError::NotFinite,
     })
 }
 
@@ -70,7 +80,7 @@ pub(super) fn hold_of(datums: Datums, held: &Held) -> DatumHold {
     DatumHold { condition: held.condition, weak, residuals }
 }
 
-fn rows(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Vec<Row> {
+fn rows(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Result<Vec<Row>, DatumError> {
     let measured = |k: usize| match nudge {
         Some(Nudge::Shift { datum, by }) if datum == k => values[k].position + by,
         Some(Nudge::EdgeOffsets) => values[k].position + values[k].errors.edge_offset,
@@ -81,12 +91,13 @@ fn rows(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Vec<Row>
         told: Told::Point { measured: measured(k), nominal: nominal(k), along },
         u: values[k].errors.along_mm(&along),
     };
-    match datums.method {
+    Ok(match datums.method {
         AlignmentMethod::Features { slot_reading, .. } => {
             let mut rows = vec![point(0, Vector3::x_axis()), point(0, Vector3::y_axis()), point(0, Vector3::z_axis())];
             match slot_reading {
                 SlotReading::CentreLine => {
-                    let line = UnitVector3::new_normalize(nominal(1) - nominal(0));
+                    let line =
+                        UnitVector3::try_new(nominal(1) - nominal(0), SAME_PLACE_MM).ok_or(DatumError::NoLine)?;
                     rows.extend(perpendiculars(&line).map(|across| point(1, across)));
                 }
                 SlotReading::Axis => rows.extend(axis_rows(&datums.features[values[1].index], &values[1], nudge)),
@@ -102,7 +113,7 @@ fn rows(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Vec<Row>
             locks.iter().map(|lock| point(place(lock), lock.lock)).collect()
         }
         AlignmentMethod::BestFit | AlignmentMethod::Regions(_) => Vec::new(),
-    }
+    })
 }
 
 /// The slot's long axis, measured in the sense of the plan, against two directions across the nominal one.

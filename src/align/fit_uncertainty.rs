@@ -13,7 +13,7 @@ use super::icp::{Beyond, Sums, centroid, pairs_of, weakest_mm};
 use super::pose::PoseUncertainty;
 use super::rim::RimLock;
 use crate::fit::robust::tukey_weight_of_square;
-use crate::geometry::{Aabb, Isometry3, Point3};
+use crate::geometry::{Aabb, Isometry3, Point3, decompose};
 use crate::part::Face;
 use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector6};
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ pub(super) struct Ended<'a> {
 /// motion free.
 pub(super) fn pose_motions(ended: &Ended) -> Option<Vec<Isometry3>> {
     let (centre, covariance) = covariance(ended)?;
-    Some(motions_of(&centre, covariance))
+    motions_of(&centre, covariance)
 }
 
 /// What Tukey's biweight, in the width used, leaves of the information of Gaussian errors.
@@ -61,20 +61,20 @@ pub fn expected_best_fit(face: &Face, height_variance_mm4: f64) -> Option<PoseUn
     let variance_mm2 = height_variance_mm4 * count / (face.mesh.area() * EFFICIENCY);
     let covariance = inverse_of(&sums.h, half_extent_mm)? * variance_mm2;
     let mut known = PoseUncertainty::none(centre);
-    motions_of(&centre, covariance).into_iter().for_each(|motion| known.add(motion));
+    motions_of(&centre, covariance)?.into_iter().for_each(|motion| known.add(motion));
     Some(known)
 }
 
 /// Motions along the axes of a covariance of (turn in rad, shift in mm) about a centre.
-fn motions_of(centre: &Point3, covariance: Matrix6<f64>) -> Vec<Isometry3> {
-    let axes = covariance.symmetric_eigen();
+fn motions_of(centre: &Point3, covariance: Matrix6<f64>) -> Option<Vec<Isometry3>> {
+    let axes = decompose::symmetric_eigen(covariance)?;
     let motion = |k: usize| {
         let step = axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt();
         let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
         let shift = Translation3::from(centre.coords + step.fixed_rows::<3>(3));
         Isometry3::from_parts(shift, turn) * Translation3::from(-centre.coords)
     };
-    (0..6).map(motion).collect()
+    Some((0..6).map(motion).collect())
 }
 
 /// Centre of rotation, and the covariance of (turn in rad, shift in mm) about it.

@@ -15,7 +15,7 @@
 
 use super::rim::RimLock;
 use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, middle_value, tukey_weight_of_square};
-use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3, decompose};
 use crate::part::Face;
 use crate::run::{Cancelled, RunContext};
 use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector6};
@@ -367,7 +367,7 @@ pub(super) fn weakest_mm(surface: &Matrix6<f64>, count: f64, extent: f64) -> f64
             information[(r, c)] *= scale(r) * scale(c);
         }
     }
-    let least = information.symmetric_eigenvalues().min();
+    let least = decompose::symmetric_eigenvalues(information).map_or(0.0, |values| values.min());
     1.0 / least.max(1e-12).sqrt()
 }
 

@@ -6,7 +6,7 @@ use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_u
 use super::pose::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
 use super::region_fit::align_on_regions;
 use super::rounds::{Rounds, corners};
-use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3};
+use crate::geometry::{CadFromScan, Isometry3, Point3, UnitVector3, Vector3, decompose};
 use crate::measure::slot::NominalSlot;
 use crate::measure::{self, EdgeFound, HoleFound, Local, NotFound, SlotFound, SurfaceFound};
 use crate::part::Part;
@@ -208,7 +208,8 @@ impl Found {
                 return vec![outwards.into_inner() * edge.standard_uncertainty_mm, edge.normal * edge.u_height_mm];
             }
         };
-        let axes = covariance.symmetric_eigen();
+        // What is not a number is told as such by the datums' equations.
+        let Some(axes) = decompose::symmetric_eigen(covariance) else { return vec![Vector3::repeat(f64::NAN)] };
         (0..3).map(|k| axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt()).collect()
     }
 

@@ -6,9 +6,9 @@
 
 use super::view::View;
 use crate::fit::robust::middle_value;
-use crate::geometry::{Isometry3, Point3, Vector3};
+use crate::geometry::{Isometry3, Point3, Vector3, decompose};
 use crate::scan::ConditionedScan;
-use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Translation3, UnitQuaternion};
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 /// Points looked at in rasters and for rims.
 const DENSE_POINTS: usize = 150_000;
@@ -118,7 +118,7 @@ fn thin_axis(points: &[Point3], middle: &Point3) -> Vector3 {
             let q = d - centre;
             covariance += q * q.transpose() * weight(&d);
         }
-        let eigen = SymmetricEigen::new(covariance / total);
+        let Some(eigen) = decompose::symmetric_eigen(covariance / total) else { break };
         let least = eigen.eigenvalues.imin();
         axis = eigen.eigenvectors.column(least).into_owned().normalize();
         width = 3.0 * eigen.eigenvalues[least].max(1e-6).sqrt();

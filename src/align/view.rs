@@ -3,11 +3,11 @@
 use super::refuse;
 use super::sampling::WorkCloud;
 use crate::diagnostic::Stop;
-use crate::geometry::{UnitVector3, Vector3};
+use crate::geometry::{UnitVector3, Vector3, decompose};
 use crate::part::Part;
 use crate::plan::{CadSide, Side};
 use crate::scan::ConditionedScan;
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::Matrix3;
 
 /// Resting poses tried.
 const MOST_RESTING: usize = 10;
@@ -67,7 +67,7 @@ fn thin_axis(part: &Part, up: Option<&Vector3>) -> Vector3 {
         .collect();
     let middle = seen.iter().sum::<Vector3>() / seen.len().max(1) as f64;
     let spread = seen.iter().fold(Matrix3::zeros(), |s, p| s + (p - middle) * (p - middle).transpose());
-    let eigen = SymmetricEigen::new(spread);
+    let Some(eigen) = decompose::symmetric_eigen(spread) else { return up.copied().unwrap_or_else(Vector3::z) };
     let axis = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
     match up {
         Some(u) if axis.dot(u) < 0.0 => -axis,

@@ -4,7 +4,7 @@
 //! Shapes come centred and scaled to size one, so that steps, limits and condition numbers have a meaning.
 
 use super::shapes::FitError;
-use crate::geometry::Point3;
+use crate::geometry::{Point3, decompose};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// A shape with `N` local parameters, each point giving `R` residuals.
@@ -120,7 +120,7 @@ fn damped_step<const N: usize>(
     let r = SMatrix::<f64, N, N>::from_fn(|i, j| if i < upper.nrows() { upper[(i, j)] } else { 0.0 });
     let right = SVector::<f64, N>::from_fn(|i, _| -projected.get(i).copied().unwrap_or(0.0));
     let dynamic = DMatrix::from_fn(N, N, |i, j| r[(i, j)]);
-    let values = dynamic.clone().singular_values();
+    let values = decompose::singular_values(dynamic.clone()).ok_or(FitError::Degenerate)?;
     let condition = values.max() / values.min();
     if !condition.is_finite() || condition > 1e13 {
         return Err(FitError::Degenerate);

@@ -3,6 +3,7 @@
 pub mod boundary;
 pub mod bvh;
 pub mod cloud;
+pub mod decompose;
 pub mod hull;
 pub mod mesh;
 pub mod transform;

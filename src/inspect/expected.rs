@@ -6,13 +6,13 @@ use crate::align::{
     expected_region_fit,
 };
 use crate::diagnostic::Diagnostic;
-use crate::geometry::{UnitVector3, Vector3};
+use crate::geometry::{UnitVector3, Vector3, decompose};
 use crate::part::Part;
 use crate::plan::expected::{Expected, OpeningStd};
 use crate::plan::{
     AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, Side, SlotReading, UncertaintySettings,
 };
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Matrix2;
 
 /// What of a plan the expected error of its pose depends on.
 #[derive(Debug, Clone, Copy)]
@@ -214,8 +214,8 @@ fn error_mm(pose: &PoseUncertainty, geometry: &Geometry) -> f64 {
             // Variances along x, y and the diagonal give the covariance.
             let (xx, yy) = (at(&x).powi(2), at(&y).powi(2));
             let xy = at(&((x + y) * std::f64::consts::FRAC_1_SQRT_2)).powi(2) - 0.5 * (xx + yy);
-            let worst = Matrix2::new(xx, xy, xy, yy).symmetric_eigenvalues();
-            Vector2::from(worst).max().max(0.0).sqrt()
+            let worst = decompose::symmetric_eigenvalues(Matrix2::new(xx, xy, xy, yy));
+            worst.map_or(f64::NAN, |worst| worst.max().max(0.0).sqrt())
         }
     }
 }

@@ -5,8 +5,8 @@
 //! the cosine of half the bend). Directions about which the normals say nothing get no displacement.
 
 use super::face::corner_angles;
-use crate::geometry::{Mesh, Vector3};
-use nalgebra::{Matrix3, SymmetricEigen};
+use crate::geometry::{Mesh, Vector3, decompose};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// Eigenvalues below this share of the largest are noise of the tessellation. A bend of angle w between two planes has the share
@@ -69,7 +69,7 @@ fn displacement(moments: &Moments) -> Vector3 {
     if weight - moments.first.norm() < 0.25 * NOISE * weight {
         return mean;
     }
-    let eigen = SymmetricEigen::new(moments.outer);
+    let Some(eigen) = decompose::symmetric_eigen(moments.outer) else { return mean };
     let largest = eigen.eigenvalues.max();
     let mut d = Vector3::zeros();
     for k in 0..3 {

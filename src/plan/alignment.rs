@@ -7,7 +7,7 @@ use super::sections::finish;
 use super::shapes::ReadFeature;
 use super::suggest::nearest;
 use super::values::{direction, short};
-use crate::fit::hold::{Named, Row, Told, Twist, WEAK_CONDITION, hold};
+use crate::fit::hold::{HoldError, Named, Row, Told, Twist, WEAK_CONDITION, hold};
 use crate::geometry::{Aabb, Point3, UnitVector3};
 
 /// A hole and a slot nearer than this share a place.
@@ -230,12 +230,17 @@ fn check_hold(table: &TableReader<'_>, line: usize, locks: &[(&Feature, UnitVect
         locks.iter().zip(&places).map(|((feature, _), place)| Named { name: &feature.name, place: *place }).collect();
     let words = |motion: &Twist| motion.in_words(&names);
     match hold(&rows, extent_mm) {
-        Err(free) => {
+        Err(HoldError::Free(free)) => {
             let verb = if free.len() == 1 { "stays" } else { "stay" };
             let motions: Vec<String> = free.iter().map(|motion| format!("the {}", words(motion))).collect();
             let message =
                 format!("[alignment] rps: {} {verb} free, expected all six motions to be held", motions.join(" and "));
             table.problems().error(line, message, "lock a direction that meets this motion, far from its axis");
+            None
+        }
+        Err(HoldError::NotFinite | HoldError::NotConverged { .. }) => {
+            let message = "[alignment] rps: found places or directions that are not finite, expected numbers";
+            table.problems().error(line, message, "write the features' places and the locks in mm");
             None
         }
         Ok((condition, weakest)) => {

@@ -5,8 +5,8 @@
 //! balls it lies in.
 
 use crate::fit::robust::{SIGMA_OF_MAD, middle_value};
-use crate::geometry::{Point3, Vector3};
-use nalgebra::{Matrix3, SymmetricEigen};
+use crate::geometry::{Point3, Vector3, decompose};
+use nalgebra::Matrix3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -239,7 +239,7 @@ pub(super) fn weighted_plane(points: &[Point3], weight: impl Fn(&Point3) -> f64)
     }
     let mean = first / total;
     let covariance = second / total - mean * mean.transpose();
-    let eigen = SymmetricEigen::try_new(covariance, f64::EPSILON, 100)?;
+    let eigen = decompose::symmetric_eigen(covariance)?;
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     // Spread along two directions, or there is no plane.

@@ -4,7 +4,7 @@
 //! of those numbers, whatever their kind. It shares nothing with the program's own alignment.
 
 use super::actual::Actual;
-use crate::geometry::{Isometry3, Point3, Vector3};
+use crate::geometry::{Isometry3, Point3, Vector3, decompose};
 use crate::plan::{AlignmentMethod, Geometry, SlotReading};
 use nalgebra::{DMatrix, DVector, Translation3, UnitQuaternion};
 
@@ -32,7 +32,7 @@ pub(super) fn alignment(actual: &Actual) -> Option<Isometry3> {
             let back = open(actual, &moved(&step, &centre, &motion))?;
             slope.set_column(k, &((ahead - back) / 2e-3));
         }
-        let svd = slope.svd(true, true);
+        let svd = decompose::svd(slope, true, true)?;
         if svd.singular_values.min() < 1e-6 * svd.singular_values.max() {
             return None;
         }

@@ -594,3 +594,25 @@ fn the_window_is_promised_and_help_is_at_hand() {
     run_in(folder.path(), ["run"]).assert_ended(2, &["PLAN"]);
     run_in(folder.path(), ["--threads", "many", "demo"]).assert_ended(2, &["many"]);
 }
+
+/// A slot in the place of the hole: no line runs between them, whether or not the plan asks for that line.
+#[test]
+fn a_slot_in_the_holes_place_keeps_nothing_for_ever() {
+    let project = Project::new();
+    project.write("scans/1.ply", &tiny_scan(1));
+    let in_time = |arguments: &[&str]| Running::start(project.root(), arguments).end_in_time();
+    project.change_plan(&[
+        ("centre = [58.0, -50.0, 1.089]", "centre = [-52.0, 64.0, 1.0334]"),
+        ("point = \"A1\"\n", "point = \"A1\"\nslot_reading = \"axis\"\n"),
+    ]);
+    let checked = in_time(&["check", "demo.toml", "--expected"]);
+    // The slot is not the CAD's opening: a warning too.
+    checked.assert_ended(1, &["slot_reading: the axis of slot \"S1\""]);
+    assert!(!checked.stderr.contains("\"centre_line\" would be"), "{checked:?}");
+    in_time(&["run", "demo.toml"]).assert_ended(2, &["slot_reading"]);
+    let datums = "hole = \"H1\"\nslot = \"S1\"\npoint = \"A1\"\nslot_reading = \"axis\"\n";
+    project.change_plan(&[("method = \"features\"", "method = \"best_fit\""), (datums, "")]);
+    let checked = in_time(&["check", "demo.toml", "--expected"]);
+    checked.assert_ended(1, &["length_mm"]);
+    assert!(checked.stdout.contains("best_fit (this plan)"), "{checked:?}");
+}

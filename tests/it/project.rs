@@ -251,6 +251,17 @@ impl Running {
         self.end();
     }
 
+    /// Waits for its end, but not for ever.
+    #[track_caller]
+    pub fn end_in_time(mut self) -> Ran {
+        let start = Instant::now();
+        while self.child.try_wait().expect("a child").is_none() {
+            assert!(start.elapsed() < PATIENCE, "no end: {:?} {:?}", self.out.so_far(), self.err.so_far());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        self.end()
+    }
+
     /// Waits for its end.
     pub fn end(&mut self) -> Ran {
         let code = self.child.wait().expect("a child").code();

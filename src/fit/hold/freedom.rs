@@ -3,7 +3,7 @@
 //! A row sees a small motion (shift v, turn w about the middle) as `v·d + w·(p x d)`: six numbers a row. The singular values of these
 //! rows, turns told by what they move at the body's size, are the strengths with which the rows hold six motions.
 
-use crate::geometry::{Point3, Vector3};
+use crate::geometry::{Point3, Vector3, decompose};
 use nalgebra::{DMatrix, Vector6};
 
 /// Below this part of the strongest motion a motion counts as free: directions that differ by rounding or by what a fit finds.
@@ -46,16 +46,16 @@ pub(super) struct Strengths {
 }
 
 impl Strengths {
-    /// Of rows of six numbers.
-    pub(super) fn of(matrix: &DMatrix<f64>) -> Self {
-        let svd = matrix.clone().svd(false, true);
-        let v_t = svd.v_t.expect("asked for");
+    /// Of rows of six numbers; `None` where one is not finite.
+    pub(super) fn of(matrix: &DMatrix<f64>) -> Option<Self> {
+        let svd = decompose::svd(matrix.clone(), false, true)?;
+        let v_t = svd.v_t?;
         let mut order: [usize; 6] = std::array::from_fn(|k| k);
         order.sort_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]));
-        Self {
+        Some(Self {
             values: order.map(|k| svd.singular_values[k]),
             motions: order.map(|k| Vector6::from_fn(|c, _| v_t[(k, c)])),
-        }
+        })
     }
 
     /// The condition and the weakest motion.
@@ -81,7 +81,7 @@ impl Strengths {
 /// Another basis of a space of motions: pure shifts stand alone, turns come first.
 fn turned(basis: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     let turns = DMatrix::from_fn(3, basis.len(), |row, k| basis[k][row + 3]);
-    let eigen = (turns.transpose() * &turns).symmetric_eigen();
+    let Some(eigen) = decompose::symmetric_eigen(turns.transpose() * &turns) else { return basis.to_vec() };
     let mut order: Vec<usize> = (0..basis.len()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let mixed = |k: usize| basis.iter().zip(eigen.eigenvectors.column(k).iter()).map(|(b, f)| b * *f).sum();

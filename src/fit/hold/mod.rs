@@ -20,7 +20,7 @@ mod tests;
 
 pub use freedom::{Named, Twist, WEAK_CONDITION};
 
-use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3, decompose};
 use freedom::Strengths;
 use nalgebra::{DMatrix, DVector, Translation3, UnitQuaternion, Vector6};
 
@@ -95,23 +95,25 @@ pub enum HoldError {
         /// Steps made.
         iterations: usize,
     },
+    /// A row is not finite.
+    NotFinite,
 }
 
 /// What rows hold, as they stand: the condition and the weakest motion.
 ///
 /// # Errors
-/// The motions that stay free.
-pub fn hold(rows: &[Row], length_mm: f64) -> Result<(f64, Twist), Vec<Twist>> {
+/// The rows leave motions free, or are not finite.
+pub fn hold(rows: &[Row], length_mm: f64) -> Result<(f64, Twist), HoldError> {
     let middle = middle_of(rows);
     let local: Vec<Row> = rows.iter().map(|row| row.seen_from(&middle)).collect();
-    let strengths = Strengths::of(&matrix(&local, &Isometry3::identity(), length_mm));
-    strengths.judged(&middle, length_mm)
+    let strengths = Strengths::of(&matrix(&local, &Isometry3::identity(), length_mm)).ok_or(HoldError::NotFinite)?;
+    strengths.judged(&middle, length_mm).map_err(HoldError::Free)
 }
 
 /// The motion that makes the rows vanish, about a body of that size.
 ///
 /// # Errors
-/// The rows leave a motion free, or the iteration does not settle.
+/// The rows leave a motion free or are not finite, or the iteration does not settle.
 pub fn solve(rows: &[Row], length_mm: f64) -> Result<Held, HoldError> {
     let middle = middle_of(rows);
     let local: Vec<Row> = rows.iter().map(|row| row.seen_from(&middle)).collect();
@@ -223,14 +225,14 @@ fn solve_about_middle(rows: &[Row], length_mm: f64, middle: &Point3) -> Result<H
     let mut motion = Isometry3::identity();
     for _ in 0..STEPS {
         let mut matrix = matrix(rows, &motion, length_mm);
-        let strengths = Strengths::of(&matrix);
+        let strengths = Strengths::of(&matrix).ok_or(HoldError::NotFinite)?;
         let (condition, weakest) = strengths.judged(middle, length_mm).map_err(HoldError::Free)?;
         let mut right = DVector::zeros(matrix.nrows());
         for (k, (row, weight)) in rows.iter().zip(&weights).enumerate() {
             matrix.row_mut(k).scale_mut(*weight);
             right[k] = -weight * row.value_mm(&motion, length_mm);
         }
-        let svd = matrix.svd(true, true);
+        let svd = decompose::svd(matrix, true, true).ok_or(HoldError::NotFinite)?;
         let Ok(step) = svd.solve(&right, 0.0) else { return Err(HoldError::NotConverged { iterations: STEPS }) };
         let turn = Vector3::new(step[3], step[4], step[5]) / length_mm;
         let shift = Vector3::new(step[0], step[1], step[2]);

@@ -244,7 +244,7 @@ fn locks(of: &[([f64; 3], [f64; 3])]) -> Vec<Row> {
 /// The free motions in words, with the places named.
 fn free(rows: &[Row], names: &[(&str, [f64; 3])]) -> Vec<String> {
     let names: Vec<Named> = names.iter().map(|(name, place)| Named { name, place: Point3::from(*place) }).collect();
-    let Err(motions) = hold(rows, SIZE_MM) else { panic!("must be refused") };
+    let Err(HoldError::Free(motions)) = hold(rows, SIZE_MM) else { panic!("must be refused") };
     assert_eq!(solve(rows, SIZE_MM), Err(HoldError::Free(motions.clone())));
     motions.iter().map(|motion| motion.in_words(&names)).collect()
 }
@@ -281,7 +281,7 @@ fn the_turn_about_the_line_through_hole_and_slot_is_named() {
     let names = [Named { name: "H1", place: s.hole }, Named { name: "S1", place: s.slot }];
     let middle = nalgebra::center(&s.hole, &s.slot);
     let at = |point: Point3| Sivpro { point, ..sivpro() }.rows(s.hole, s.slot, (point, s.normal));
-    let motions = hold(&at(middle), SIZE_MM).unwrap_err();
+    let Err(HoldError::Free(motions)) = hold(&at(middle), SIZE_MM) else { panic!("a motion is free") };
     assert_eq!(
         motions.iter().map(|m| m.in_words(&names)).collect::<Vec<_>>(),
         ["turn about the line through H1 and S1"]
@@ -329,4 +329,17 @@ fn more_than_six_rows_weigh_as_they_are_known() {
     assert!((shift([0.2, 0.02]).0 + 0.1 * 100.0 / 101.0).abs() < 1e-9);
     // Without any uncertainty all weigh alike.
     assert!((shift([0.0, 0.0]).0 + 0.05).abs() < 1e-9);
+}
+
+#[test]
+fn a_row_that_is_not_a_number_is_refused() {
+    for fault in [f64::NAN, f64::INFINITY] {
+        for k in 0..6 {
+            let mut rows = locks(&three_two_one());
+            let Told::Point { measured, .. } = &mut rows[k].told else { panic!("a lock") };
+            measured.y = fault;
+            assert_eq!(solve(&rows, SIZE_MM), Err(HoldError::NotFinite));
+            assert_eq!(hold(&rows, SIZE_MM), Err(HoldError::NotFinite));
+        }
+    }
 }

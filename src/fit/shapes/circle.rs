@@ -3,7 +3,7 @@
 use super::plane::fit_plane;
 use super::{FitError, Normaliser, frame, turned};
 use crate::fit::gauss_newton::{Shape, minimise};
-use crate::geometry::{Point3, UnitVector3, Vector3};
+use crate::geometry::{Point3, UnitVector3, Vector3, decompose};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// A circle in space.
@@ -114,7 +114,8 @@ pub(super) fn algebraic_start(points: &[Point3], origin: &Point3, axis: &UnitVec
     let flat: Vec<[f64; 2]> = points.iter().map(|p| [(p - origin).dot(&u), (p - origin).dot(&v)]).collect();
     let matrix = DMatrix::from_fn(flat.len(), 3, |k, c| if c < 2 { 2.0 * flat[k][c] } else { 1.0 });
     let right = DVector::from_fn(flat.len(), |k, _| flat[k][0] * flat[k][0] + flat[k][1] * flat[k][1]);
-    let solution = matrix.svd(true, true).solve(&right, 1e-13).map_err(|_| FitError::Degenerate)?;
+    let svd = decompose::svd(matrix, true, true).ok_or(FitError::Degenerate)?;
+    let solution = svd.solve(&right, 1e-13).map_err(|_| FitError::Degenerate)?;
     let squared = solution[2] + solution[0] * solution[0] + solution[1] * solution[1];
     if !(squared > 0.0 && squared.is_finite()) {
         return Err(FitError::Degenerate);

@@ -2,7 +2,7 @@
 
 use super::{FitError, Normaliser, best_start, frame, turned};
 use crate::fit::gauss_newton::{Shape, minimise};
-use crate::geometry::{Point3, UnitVector3};
+use crate::geometry::{Point3, UnitVector3, decompose};
 use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::FRAC_PI_2;
 
@@ -113,7 +113,7 @@ fn algebraic_start(points: &[Point3], axis: &UnitVector3) -> Option<Cone> {
         [2.0 * x, 2.0 * y, 1.0, h, h * h][c]
     });
     let right = DVector::from_fn(local.len(), |k, _| local[k][0] * local[k][0] + local[k][1] * local[k][1]);
-    let solution = matrix.svd(true, true).solve(&right, 1e-12).ok()?;
+    let solution = decompose::svd(matrix, true, true)?.solve(&right, 1e-12).ok()?;
     let point = Point3::from(u * solution[0] + v * solution[1]);
     let slope = solution[4].max(1e-4).sqrt() * if solution[3] < 0.0 { -1.0 } else { 1.0 };
     let radius_squared = solution[2] + solution[0] * solution[0] + solution[1] * solution[1];

@@ -2,7 +2,7 @@
 
 use super::{FitError, Normaliser, frame, turned};
 use crate::fit::gauss_newton::Shape;
-use crate::geometry::{Point3, UnitVector3, Vector3};
+use crate::geometry::{Point3, UnitVector3, Vector3, decompose};
 use nalgebra::{DMatrix, SVector};
 
 /// A line.
@@ -58,7 +58,7 @@ pub(in crate::fit) fn principal_axes(
         Some(p) => (p[c] - mean[c]) * weight(k).sqrt(),
         None => 0.0,
     });
-    let svd = tall.qr().r().svd(false, true);
+    let svd = decompose::svd(tall.qr().r(), false, true).ok_or(FitError::Degenerate)?;
     let v_t = svd.v_t.ok_or(FitError::Degenerate)?;
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));

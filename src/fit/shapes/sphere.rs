@@ -2,7 +2,7 @@
 
 use super::{FitError, Normaliser};
 use crate::fit::gauss_newton::{Shape, minimise};
-use crate::geometry::{Point3, Vector3};
+use crate::geometry::{Point3, Vector3, decompose};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// A sphere.
@@ -52,7 +52,8 @@ pub fn fit_sphere(points: &[Point3], weights: &[f64]) -> Result<(Sphere, f64), F
 fn algebraic_start(points: &[Point3]) -> Result<Sphere, FitError> {
     let matrix = DMatrix::from_fn(points.len(), 4, |k, c| if c < 3 { 2.0 * points[k][c] } else { 1.0 });
     let right = DVector::from_fn(points.len(), |k, _| points[k].coords.norm_squared());
-    let solution = matrix.svd(true, true).solve(&right, 1e-13).map_err(|_| FitError::Degenerate)?;
+    let svd = decompose::svd(matrix, true, true).ok_or(FitError::Degenerate)?;
+    let solution = svd.solve(&right, 1e-13).map_err(|_| FitError::Degenerate)?;
     let centre = Point3::new(solution[0], solution[1], solution[2]);
     let squared = solution[3] + centre.coords.norm_squared();
     if !(squared > 0.0 && squared.is_finite()) {
