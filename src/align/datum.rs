@@ -84,6 +84,8 @@ fn rows(datums: Datums, values: &[DatumValue], nudge: Option<Nudge>) -> Result<V
     let measured = |k: usize| match nudge {
         Some(Nudge::Shift { datum, by }) if datum == k => values[k].position + by,
         Some(Nudge::EdgeOffsets) => values[k].position + values[k].errors.edge_offset,
+        Some(Nudge::Thickness) => values[k].position + values[k].errors.thickness,
+        Some(Nudge::Scale) => values[k].position + values[k].errors.scale,
         _ => values[k].position,
     };
     let nominal = |k: usize| datums.features[values[k].index].geometry.position();

@@ -1,8 +1,8 @@
 //! What the datum features tell, how well they tell it, and what their errors do to the part.
 
 use super::datum::{DatumError, solve};
-use super::pose::PoseUncertainty;
-use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use super::pose::{PoseUncertainty, Source};
+use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::plan::{AlignmentMethod, Feature, Geometry, SlotReading, UncertaintySettings};
 
 /// What a plan holds a part by.
@@ -25,6 +25,10 @@ pub struct DatumErrors {
     pub turns: Vec<Vector3>,
     /// What the calibrated edge offset's uncertainty moves an edge by, mm; 0 for the others, whose rims it moves all round.
     pub edge_offset: Vector3,
+    /// What a sheet that is thicker by one standard uncertainty moves it by, mm: all datums together.
+    pub thickness: Vector3,
+    /// What a scale that is larger by one standard uncertainty moves it by, mm: all datums together.
+    pub scale: Vector3,
 }
 
 impl DatumErrors {
@@ -116,36 +120,49 @@ pub(super) enum Nudge {
     },
     /// Every edge by what its offset may be off.
     EdgeOffsets,
+    /// Every datum by what a thicker sheet does to it.
+    Thickness,
+    /// Every datum by what a larger scale does to it.
+    Scale,
 }
 
 /// Moves every datum value by its standard uncertainty and keeps what that does to the part.
 pub(super) fn pose_uncertainty(
     datums: Datums,
     values: &[DatumValue],
-    pivot: Point3,
+    scale_about: Point3,
 ) -> Result<PoseUncertainty, DatumError> {
     let back = solve(datums, values, None)?.motion.inverse();
     let nudged = |nudge: Nudge| Ok(solve(datums, values, Some(nudge))?.motion * back);
     // By its axis a slot holds directions only; by its centre it turns nothing else.
     let by_axis = matches!(datums.method, AlignmentMethod::Features { slot_reading: SlotReading::Axis, .. });
-    let mut known = PoseUncertainty::none(pivot);
+    let mut known = PoseUncertainty::none(scale_about);
     for (datum, value) in values.iter().enumerate() {
         let slot_axis = by_axis && value.direction.is_some();
         let shifts = value.errors.shifts.iter().filter(|_| !slot_axis).map(|by| Nudge::Shift { datum, by: *by });
         let turns = value.errors.turns.iter().filter(|_| slot_axis).map(|by| Nudge::Turn { datum, by: *by });
         for nudge in shifts.chain(turns) {
-            known.add(nudged(nudge)?);
+            match nudge {
+                Nudge::Shift { by, .. } => known.add_shift(value.index, by, nudged(nudge)?),
+                _ => known.add(nudged(nudge)?),
+            }
         }
     }
     let edges = values.iter().enumerate().filter(|(_, value)| value.errors.edge_offset != Vector3::zeros());
-    let each: Vec<Isometry3> = edges
+    let each: Vec<Source> = edges
         .map(|(datum, value)| {
             let by = value.errors.edge_offset;
-            nudged(Nudge::Shift { datum, by })
+            Ok(Source { motion: nudged(Nudge::Shift { datum, by })?, of: Some((value.index, by)) })
         })
         .collect::<Result<_, DatumError>>()?;
     if !each.is_empty() {
         known.set_edge_offset(each, nudged(Nudge::EdgeOffsets)?);
+    }
+    if values.iter().any(|value| value.errors.thickness != Vector3::zeros()) {
+        known.set_thickness(nudged(Nudge::Thickness)?);
+    }
+    if values.iter().any(|value| value.errors.scale != Vector3::zeros()) {
+        known.set_scale(nudged(Nudge::Scale)?);
     }
     Ok(known)
 }
@@ -164,8 +181,7 @@ pub fn expected_pose_uncertainty(
         DatumValue::nominal(index, feature, expected(&feature.geometry))
     };
     let values: Vec<DatumValue> = datum_indices(datums.method).into_iter().map(value).collect();
-    let pivot = values.first().map_or_else(Point3::origin, |v| v.position);
-    pose_uncertainty(datums, &values, pivot)
+    pose_uncertainty(datums, &values, Point3::origin())
 }
 
 #[cfg(test)]

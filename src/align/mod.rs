@@ -2,6 +2,7 @@
 
 pub mod best_fit;
 mod candidates;
+mod common;
 pub mod datum;
 mod datum_values;
 mod evidence;

@@ -1,6 +1,7 @@
 //! The plan's alignment: datum features measured in the best fit, solved, measured again in the better pose until
 //! nothing moves.
 
+use super::common::Common;
 use super::datum::{DatumError, hold_of, solve};
 use super::datum_values::{DatumErrors, DatumValue, Datums, datum_indices, pose_uncertainty};
 use super::pose::{BestFit, FeatureAlignment, MeasuredFeature, PoseUncertainty};
@@ -43,7 +44,9 @@ pub fn align_on_plan(
     run: &RunContext,
 ) -> Result<(FeatureAlignment, PoseUncertainty), Cancelled> {
     if input.plan.alignment == AlignmentMethod::BestFit {
-        return Ok(on_best_fit(best_fit));
+        let (alignment, mut uncertainty) = on_best_fit(best_fit);
+        common(input, best_fit).move_best_fit(&mut uncertainty);
+        return Ok((alignment, uncertainty));
     }
     if let AlignmentMethod::Regions(fit) = &input.plan.alignment {
         return align_on_regions(input, best_fit, fit, run);
@@ -76,7 +79,7 @@ pub fn align_on_plan(
         }
     }
     if let Some(cycle) = rounds.cycle()
-        && let Ok(uncertainty) = uncertainty_of(input, &last)
+        && let Ok(uncertainty) = uncertainty_of(input, best_fit, &last)
         && cycle.iter().all(|motion| is_within(input.part, motion, &uncertainty))
     {
         return Ok(ended(input, best_fit, rounds.pose(), &last, &cycle));
@@ -113,7 +116,7 @@ fn ended(
     found: &[Found],
     unsure: &[Isometry3],
 ) -> (FeatureAlignment, PoseUncertainty) {
-    let mut uncertainty = match uncertainty_of(input, found) {
+    let mut uncertainty = match uncertainty_of(input, best_fit, found) {
         Ok(uncertainty) => uncertainty,
         Err(error) => return degraded(input, best_fit, Missing::because(error, found.to_vec())),
     };
@@ -275,8 +278,16 @@ fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, 
     }
 }
 
-fn uncertainty_of(input: &AlignmentInput, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
-    pose_uncertainty(datums(input), &values(input, found), pivot(input))
+fn uncertainty_of(input: &AlignmentInput, best_fit: &BestFit, found: &[Found]) -> Result<PoseUncertainty, DatumError> {
+    let mut values = values(input, found);
+    common(input, best_fit).displace(&mut values, &input.plan.features);
+    pose_uncertainty(datums(input), &values, input.part.bounds.centre())
+}
+
+/// What the plan states of errors that everything has in common.
+pub(super) fn common<'a>(input: &AlignmentInput<'a>, best_fit: &BestFit) -> Common<'a> {
+    let AlignmentInput { plan, part, .. } = *input;
+    Common { part, face: part.face(best_fit.face), settings: &plan.uncertainty }
 }
 
 fn datums<'a>(input: &AlignmentInput<'a>) -> Datums<'a> {
@@ -286,15 +297,6 @@ fn datums<'a>(input: &AlignmentInput<'a>) -> Datums<'a> {
 
 fn values(input: &AlignmentInput, found: &[Found]) -> Vec<DatumValue> {
     found.iter().map(|one| one.value(input.plan)).collect()
-}
-
-/// The point that the alignment holds: the hole of the features, else the middle of the part.
-fn pivot(input: &AlignmentInput) -> Point3 {
-    match &input.plan.alignment {
-        AlignmentMethod::Features { hole, .. } => input.plan.features[*hole].geometry.position(),
-        AlignmentMethod::Rps(_) | AlignmentMethod::BestFit => input.part.bounds.centre(),
-        AlignmentMethod::Regions(fit) => fit.middle(),
-    }
 }
 
 pub(super) fn degraded(
@@ -310,7 +312,7 @@ pub(super) fn degraded(
         features: report(input, &missing.found),
         hold: None,
     };
-    (alignment, PoseUncertainty::none(pivot(input)))
+    (alignment, PoseUncertainty::none(input.part.bounds.centre()))
 }
 
 fn report(input: &AlignmentInput, found: &[Found]) -> Vec<MeasuredFeature> {

@@ -120,39 +120,117 @@ pub struct LockResidual {
 /// their squares add.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseUncertainty {
-    motions: Vec<Isometry3>,
+    motions: Vec<Source>,
     /// What the calibrated edge offset's uncertainty does to the part, by one edge datum and by all of them together.
-    edge_offset: Vec<Isometry3>,
+    edge_offset: Vec<Source>,
     edge_offsets_together: Option<Isometry3>,
-    pivot: Point3,
+    /// By all datums together.
+    thickness: Isometry3,
+    scale: Isometry3,
+    scale_about: Point3,
+}
+
+/// One error and what it does to the part.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Source {
+    /// The part's motion, CAD frame.
+    pub motion: Isometry3,
+    /// Whose error it is, where it shifts one datum: its index among the plan's features, and the shift in mm.
+    pub of: Option<(usize, Vector3)>,
+}
+
+/// Shares in the standard uncertainty of a point that the part is held by, mm along a direction. A datum's error moves the part and
+/// the point as one: where the datum is held exactly in that direction nothing is left of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DatumShares {
+    /// What the lock leaves of its own measurement's errors: of the points and of the measuring system.
+    pub own_mm: f64,
+    /// Of everything else that moves the part.
+    pub others_mm: f64,
+    /// Of the calibrated edge offset.
+    pub edge_offset_mm: f64,
 }
 
 impl PoseUncertainty {
-    /// No motion yet. `pivot`: the point that the alignment holds, CAD frame.
-    pub fn none(pivot: Point3) -> Self {
-        Self { motions: Vec::new(), edge_offset: Vec::new(), edge_offsets_together: None, pivot }
+    /// No motion yet. `scale_about`: where `set_scale` lets the part stay when it grows, CAD frame.
+    pub fn none(scale_about: Point3) -> Self {
+        Self {
+            motions: Vec::new(),
+            edge_offset: Vec::new(),
+            edge_offsets_together: None,
+            thickness: Isometry3::identity(),
+            scale: Isometry3::identity(),
+            scale_about,
+        }
     }
 
     /// What single errors do to the part, without those of edge offsets.
-    pub(super) fn motions(&self) -> &[Isometry3] {
-        &self.motions
+    pub(super) fn motions(&self) -> Vec<Isometry3> {
+        self.motions.iter().map(|source| source.motion).collect()
     }
 
     /// Adds what one independent error does to the part, CAD frame.
     pub(super) fn add(&mut self, motion: Isometry3) {
-        self.motions.push(motion);
+        self.motions.push(Source { motion, of: None });
+    }
+
+    /// Adds what one independent shift of a datum, given by its index among the plan's features, does to the part.
+    pub(super) fn add_shift(&mut self, datum: usize, by: Vector3, motion: Isometry3) {
+        self.motions.push(Source { motion, of: Some((datum, by)) });
+    }
+
+    /// Sets what a sheet that is thicker by one standard uncertainty does to the part, CAD frame.
+    pub(super) fn set_thickness(&mut self, motion: Isometry3) {
+        self.thickness = motion;
+    }
+
+    /// Sets what a scale that is too large by one standard uncertainty does to the part, CAD frame, once everything has grown away
+    /// from `scale_about`.
+    pub(super) fn set_scale(&mut self, motion: Isometry3) {
+        self.scale = motion;
     }
 
     /// Sets what an error of the calibrated edge offset does to the part, CAD frame: of one edge datum alone, each, and of all
     /// of them together.
-    pub(super) fn set_edge_offset(&mut self, each: Vec<Isometry3>, together: Isometry3) {
+    pub(super) fn set_edge_offset(&mut self, each: Vec<Source>, together: Isometry3) {
         self.edge_offset = each;
         self.edge_offsets_together = Some(together);
     }
 
-    /// The point that the alignment holds, CAD frame: errors of scale grow with the distance from it.
-    pub fn pivot(&self) -> Point3 {
-        self.pivot
+    /// How far a sheet that is thicker by one standard uncertainty moves a point of the part by the datums, which it displaces
+    /// too, mm.
+    pub fn by_thickness(&self, point_cad: &Point3) -> Vector3 {
+        self.thickness * point_cad - point_cad
+    }
+
+    /// How far a scale that is too large by `ppm`, one standard uncertainty, displaces a point of the part, mm: by growing, and by the datums
+    /// that grow with it.
+    pub fn by_scale(&self, point_cad: &Point3, ppm: f64) -> Vector3 {
+        (point_cad - self.scale_about) * (ppm * 1e-6) + (self.scale * point_cad - point_cad)
+    }
+
+    /// Of a point that is the datum of that index among the plan's features; `None` where no shift of that datum moves the part.
+    pub fn of_datum(&self, datum: usize, point_cad: &Point3, direction: &Vector3) -> Option<DatumShares> {
+        let is_own = |source: &&Source| source.of.is_some_and(|(index, _)| index == datum);
+        if !self.motions.iter().chain(&self.edge_offset).any(|source| is_own(&source)) {
+            return None;
+        }
+        let moved = |motion: &Isometry3| (motion * point_cad - point_cad).dot(direction);
+        let left = |source: &Source| {
+            let own = source.of.filter(|(index, _)| *index == datum).map_or(0.0, |(_, by)| by.dot(direction));
+            own + moved(&source.motion)
+        };
+        let (own, others): (Vec<&Source>, Vec<&Source>) = self.motions.iter().partition(is_own);
+        let square_sum = |sources: &[&Source]| sources.iter().map(|source| left(source).powi(2)).sum::<f64>();
+        let apart = self.edge_offset.iter().map(|source| left(source).powi(2)).sum::<f64>().sqrt();
+        let own_edge = self.edge_offset.iter().find(is_own).and_then(|source| source.of);
+        let together = self.edge_offsets_together.map_or(0.0, |motion| moved(&motion));
+        let together = own_edge.map_or(0.0, |(_, by)| by.dot(direction)) + together;
+        Some(DatumShares {
+            own_mm: square_sum(&own).sqrt(),
+            others_mm: square_sum(&others).sqrt(),
+            edge_offset_mm: apart.max(together.abs()),
+        })
     }
 
     /// Standard uncertainty in mm, along a direction, of where a point of the part lies.
@@ -180,6 +258,6 @@ impl PoseUncertainty {
     }
 }
 
-fn square_sum(motions: &[Isometry3], point_cad: &Point3, direction: &Vector3) -> f64 {
-    motions.iter().map(|m| (m * point_cad - point_cad).dot(direction).powi(2)).sum()
+fn square_sum(sources: &[Source], point_cad: &Point3, direction: &Vector3) -> f64 {
+    sources.iter().map(|s| (s.motion * point_cad - point_cad).dot(direction).powi(2)).sum()
 }

@@ -7,7 +7,7 @@
 //! far that is from its nominal place; that is for the sum of squares to settle.
 
 use super::icp::{Beyond, Pair, pairs_of};
-use super::plan_alignment::{AlignmentInput, DATUM_SEARCH_MM, MOST_ROUNDS, Missing, degraded};
+use super::plan_alignment::{AlignmentInput, DATUM_SEARCH_MM, MOST_ROUNDS, Missing, common, degraded};
 use super::pose::{BestFit, DatumHold, FeatureAlignment, MeasuredFeature, PoseUncertainty};
 use super::region_places::on_cad;
 use super::region_sums::{Frame, Normal};
@@ -208,10 +208,11 @@ fn ended(
         Ok(judged) => judged,
         Err(motions) => return free(&motions),
     };
-    let Some(motions) = frame.uncertain_motions(&normal, best_fit.uncertainty.motions()) else {
+    let Some(motions) = frame.uncertain_motions(&normal, &best_fit.uncertainty.motions()) else {
         return free(&[weakest]);
     };
-    let mut uncertainty = PoseUncertainty::none(fit.middle());
+    let mut uncertainty = PoseUncertainty::none(input.part.bounds.centre());
+    common(input, best_fit).move_best_fit(&mut uncertainty);
     motions.into_iter().chain([unsure]).for_each(|motion| uncertainty.add(motion));
     let weak = (condition > WEAK_CONDITION).then(|| in_words(&[weakest], fit));
     let alignment = FeatureAlignment {

@@ -75,9 +75,9 @@ pub fn expected_region_fit(
     let frame = Frame::of(fit, part.diagonal_mm());
     let normal = nominal_equations(part, side, fit, &frame, height_variance_mm4);
     frame.judged(&normal.h).ok()?;
-    let whole: &[_] = if fit.freeze.is_empty() { &[] } else { whole?.motions() };
-    let mut known = PoseUncertainty::none(fit.middle());
-    frame.uncertain_motions(&normal, whole)?.into_iter().for_each(|motion| known.add(motion));
+    let whole = if fit.freeze.is_empty() { Vec::new() } else { whole?.motions() };
+    let mut known = PoseUncertainty::none(part.bounds.centre());
+    frame.uncertain_motions(&normal, &whole)?.into_iter().for_each(|motion| known.add(motion));
     Some(known)
 }
 

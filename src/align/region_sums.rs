@@ -2,7 +2,7 @@
 //! freedoms that are kept as they are.
 
 use crate::fit::hold::Twist;
-use crate::geometry::{Isometry3, Point3, Vector3};
+use crate::geometry::{Isometry3, Point3, Vector3, decompose};
 use crate::plan::{Freedom, RegionFit};
 use nalgebra::{DMatrix, DVector, Matrix6, Translation3, UnitQuaternion, Vector6};
 
@@ -81,7 +81,7 @@ impl Frame {
     /// # Errors
     /// The motions that stay free.
     pub fn judged(&self, h: &Matrix6<f64>) -> Result<(f64, Twist), Vec<Twist>> {
-        let eigen = self.block(h).symmetric_eigen();
+        let Some(eigen) = decompose::symmetric_eigen(self.block(h)) else { return Err(Vec::new()) };
         let strength = |k: usize| eigen.eigenvalues[k].max(0.0).sqrt();
         let strongest = (0..eigen.eigenvalues.len()).map(strength).fold(0.0, f64::max);
         let motion = |k: usize| self.twist(&self.widened(&eigen.eigenvectors.column(k).into_owned()));
@@ -107,7 +107,7 @@ impl Frame {
     pub fn uncertain_motions(&self, normal: &Normal, whole: &[Isometry3]) -> Option<Vec<Isometry3>> {
         let inverse = self.block(&normal.h).cholesky()?.inverse();
         let covariance = &inverse * self.block(&normal.variance) * inverse.transpose();
-        let axes = covariance.symmetric_eigen();
+        let axes = decompose::symmetric_eigen(covariance)?;
         let from_scatter = (0..axes.eigenvalues.len()).map(|k| {
             let step = axes.eigenvectors.column(k) * axes.eigenvalues[k].max(0.0).sqrt();
             self.motion(&self.widened(&step.into_owned()))

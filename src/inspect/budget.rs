@@ -1,20 +1,22 @@
 //! What a value's uncertainty is made of (GUM): fit, pose and the plan's own contributions, added in squares.
 
-use crate::align::PoseUncertainty;
-use crate::geometry::{UnitVector3, Vector3};
-use crate::plan::{Geometry, Plan, Side, UncertaintySettings};
+use crate::align::{DatumShares, PoseUncertainty};
+use crate::geometry::{Point3, UnitVector3, Vector3};
+use crate::measure::Reading;
+use crate::part::{Face, Part};
+use crate::plan::{ComparisonPoint, Geometry, Plan, SurfaceFit, UncertaintySettings};
 use nalgebra::Matrix3;
 
 /// Standard uncertainties (k = 1) of a value by where they come from, mm.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Budget {
-    /// The scatter of the points.
+    /// The scatter of the points; of a datum what its lock leaves of that and of the system's share.
     pub fit_mm: f64,
     /// The alignment.
     pub pose_mm: f64,
-    /// The sheet's thickness, where it was compensated.
+    /// The sheet's thickness, where it was compensated: at the point and, through the pose, at the datums.
     pub thickness_mm: f64,
-    /// The scale, with the distance from the point that the alignment holds.
+    /// The scale, at the point and, through the pose, at the datums.
     pub scale_mm: f64,
     /// The calibrated edge offset, which the pose may have in common with the point.
     pub edge_offset_mm: f64,
@@ -71,8 +73,10 @@ pub(super) enum Along {
 pub(super) struct Known<'a> {
     /// The plan.
     pub plan: &'a Plan,
-    /// The side that was seen.
-    pub side: Side,
+    /// The CAD.
+    pub part: &'a Part,
+    /// Its face that was seen.
+    pub face: &'a Face,
     /// How well the pose is known.
     pub pose: &'a PoseUncertainty,
 }
@@ -81,34 +85,75 @@ pub(super) struct Known<'a> {
 const TELLING_DISTANCE: f64 = 2.0;
 /// Directions in the half-circle that are looked at: the worst one is met to 1 - cos(2.5 degrees), 0.1 %.
 const DIRECTIONS: u32 = 36;
+/// Lengths and directions that differ by no more are the same in a plan, mm and rad.
+const SAME_PLACE_MM: f64 = 1e-6;
+const SAME_DIRECTION: f64 = 1e-6;
 
 impl Known<'_> {
     /// Of a value along its direction. A hole that has none is told by its distance: an error across that hardly changes it, unless it
     /// is not much longer than the errors themselves. Then its direction is theirs, and the worst one in the sheet counts.
-    pub fn of_value(&self, nominal: &Geometry, own: &Own) -> Budget {
-        let at = |along: &Vector3| self.along(nominal, own, along);
+    pub fn of_value(&self, point: &ComparisonPoint, own: &Own) -> Budget {
+        let nominal = &point.geometry;
+        let reading = Reading::of(self.part, self.face, nominal);
+        let datum = self.plan.features.iter().position(|feature| is_measured_as(point, &feature.geometry));
+        let at = |along: &Vector3| self.along(&At { place: nominal.position(), along, reading: &reading, datum }, own);
         match &own.along {
             Along::Direction(along) => at(along),
             Along::Distance(delta_mm) => of_distance(delta_mm, &nominal.sheet_normal(), at),
         }
     }
 
-    fn along(&self, nominal: &Geometry, own: &Own, along: &Vector3) -> Budget {
+    fn along(&self, at: &At, own: &Own) -> Budget {
         let UncertaintySettings { scale_ppm, thickness_mm, system_mm, edge_offset_u_mm, .. } = self.plan.uncertainty;
-        let place = nominal.position();
-        let face_offset = self.plan.part.cad_side.face_offset_mm(self.side, 1.0);
-        let across_sheet = along.dot(&nominal.sheet_normal());
-        Budget {
+        let At { place, along, reading, datum } = at;
+        let told = |displacement: &Vector3| reading.of_displacement(displacement).dot(along).abs();
+        let own_edge_mm = if own.is_edge { edge_offset_u_mm } else { 0.0 };
+        let alone = Budget {
             fit_mm: match &own.scatter {
                 Scatter::Along(u_mm) => *u_mm,
-                Scatter::Centre(covariance) => along.dot(&(covariance * along)).max(0.0).sqrt(),
+                Scatter::Centre(covariance) => along.dot(&(covariance * *along)).max(0.0).sqrt(),
             },
-            pose_mm: self.pose.without_edge_offset(&place, along),
-            thickness_mm: (thickness_mm * face_offset * across_sheet).abs(),
-            scale_mm: (scale_ppm * 1e-6 * (place - self.pose.pivot()).dot(along)).abs(),
-            edge_offset_mm: self.pose.edge_offset_mm(&place, along, if own.is_edge { edge_offset_u_mm } else { 0.0 }),
+            pose_mm: self.pose.without_edge_offset(place, along),
+            thickness_mm: told(&(reading.of_thickness(thickness_mm) + self.pose.by_thickness(place))),
+            scale_mm: told(&self.pose.by_scale(place, scale_ppm)),
+            edge_offset_mm: self.pose.edge_offset_mm(place, along, own_edge_mm),
             system_mm,
+        };
+        let shares = datum.and_then(|datum| self.pose.of_datum(datum, place, along));
+        shares.map_or(alone, |DatumShares { own_mm, others_mm, edge_offset_mm }| Budget {
+            fit_mm: own_mm,
+            pose_mm: others_mm,
+            edge_offset_mm,
+            system_mm: 0.0,
+            ..alone
+        })
+    }
+}
+
+/// Where a value is told, and how.
+struct At<'a> {
+    place: Point3,
+    along: &'a Vector3,
+    reading: &'a Reading,
+    /// The plan's feature that is the same as the point.
+    datum: Option<usize>,
+}
+
+/// Whether a point is measured as a feature is: the same shape in the same place, looked at in the same way.
+fn is_measured_as(point: &ComparisonPoint, feature: &Geometry) -> bool {
+    let near = (point.geometry.position() - feature.position()).norm() < SAME_PLACE_MM;
+    let alike = |a: &Vector3, b: &Vector3| (a - b).norm() < SAME_DIRECTION;
+    near && match (&point.geometry, feature) {
+        (Geometry::Surface { direction: a, .. }, Geometry::Surface { direction: b, .. }) => {
+            alike(a, b) && point.surface_fit == SurfaceFit::default()
         }
+        (Geometry::Edge { direction: a, normal: n, .. }, Geometry::Edge { direction: b, normal: m, .. }) => {
+            alike(a, b) && alike(n, m)
+        }
+        (Geometry::Hole { axis: a, diameter_mm: d, .. }, Geometry::Hole { axis: b, diameter_mm: e, .. }) => {
+            alike(a, b) && (d - e).abs() < SAME_PLACE_MM
+        }
+        _ => false,
     }
 }
 

@@ -105,7 +105,7 @@ fn measure_point(
         Ok(value) => value,
         Err(not) => return (PointResult { card, ..not_measured(point, not.reason, not.points) }, None),
     };
-    let budget = Known { plan, side: local.face.side, pose }.of_value(&point.geometry, &value.own);
+    let budget = Known { plan, part: local.part, face: local.face, pose }.of_value(point, &value.own);
     let uncertainty_mm = 2.0 * budget.standard_mm();
     let (verdict, reason) =
         decide(plan.part.decision, value.deviation_mm, uncertainty_mm, point.lower_mm, point.upper_mm);

@@ -3,6 +3,7 @@
 use super::card::Card;
 use super::{Local, NotFound};
 use crate::geometry::{Isometry3, Point3, UnitVector3, Vector3};
+use crate::part::{Face, Part};
 use crate::plan::{CadSide, Side};
 use nalgebra::Matrix3;
 
@@ -120,11 +121,16 @@ pub fn lean_tangent(local: &Local, frame: &FeatureFrame) -> f64 {
 /// Where the face is further away than the sheet is thick and a little more, or leans over from `w` by more than 60° (another
 /// wall), a place does not count; where none does, `w` is all there is to go by.
 pub fn sheet_normal(local: &Local, nominal: &Point3, w: &UnitVector3, around: &[Vector3]) -> UnitVector3 {
+    sheet_normal_of(local.part, local.face, nominal, w, around)
+}
+
+/// The same without a scan.
+pub fn sheet_normal_of(part: &Part, face: &Face, nominal: &Point3, w: &UnitVector3, around: &[Vector3]) -> UnitVector3 {
     const LEAST_COSINE: f64 = 0.5;
-    let cad_side = local.face.side.sign();
+    let cad_side = face.side.sign();
     let normals = around.iter().filter_map(|away| {
-        let reach_mm = local.part.thickness_mm + 2.0 + 0.3 * away.norm();
-        let hit = local.face.closest(&(nominal + away), reach_mm)?;
+        let reach_mm = part.thickness_mm + 2.0 + 0.3 * away.norm();
+        let hit = face.closest(&(nominal + away), reach_mm)?;
         let normal = hit.normal.into_inner() * cad_side;
         (normal.dot(w).abs() >= LEAST_COSINE).then_some(normal)
     });

@@ -22,6 +22,7 @@ mod layer;
 mod opening;
 mod patch;
 mod place;
+mod reading;
 mod rim;
 mod sight;
 pub mod slot;
@@ -30,6 +31,7 @@ pub mod surface;
 pub use card::{Card, Gate, Rule};
 pub use edge::{EdgeFound, edge, edge_with_card};
 pub use hole::{HoleFound, hole, hole_with_card};
+pub use reading::Reading;
 pub use slot::{SlotFound, slot};
 pub use surface::{SurfaceFound, surface, surface_with_card};
 

@@ -13,7 +13,7 @@ use shapeline::run::RunContext;
 use shapeline::simulate::{BracketParameters, PoseChoice, RigModel, Subject, bracket, simulate_scan};
 
 /// The plan held by its hole and slot and by five surface points, each locked along its normal: eight locks.
-fn by_locks(plan: &Plan) -> Plan {
+pub fn by_locks(plan: &Plan) -> Plan {
     let mut plan = plan.clone();
     let AlignmentMethod::Features { hole, slot, .. } = plan.alignment else { panic!("the bracket has datums") };
     let place = |k: usize| plan.features[k].geometry.position();

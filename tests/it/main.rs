@@ -7,6 +7,7 @@ mod axis_reading;
 mod best_fit_alignment;
 mod cad_sides;
 mod cli;
+mod common_errors;
 mod flat_plate;
 mod foretold;
 mod forged_cache;
