@@ -1,6 +1,7 @@
 //! The larger of two covariances, direction by direction.
 
-use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
+use crate::geometry::decompose;
+use nalgebra::{Cholesky, DMatrix};
 
 /// The covariance `first`, grown within each block of parameters (from and to) until no direction of it has less variance than in
 /// `second`. Between blocks the correlations stay those of `first`.
@@ -16,7 +17,10 @@ pub fn larger(first: &DMatrix<f64>, second: &DMatrix<f64>, blocks: &[[usize; 2]]
         let part = |m: &DMatrix<f64>| DMatrix::from_fn(free.len(), free.len(), |a, b| m[(free[a], free[b])]);
         let Some(root) = Cholesky::new(part(first)).map(|c| c.l()) else { continue };
         let Some(inverse) = root.clone().try_inverse() else { continue };
-        let own = SymmetricEigen::new(&inverse * part(second) * inverse.transpose());
+        let Some(own) = decompose::symmetric_eigen(&inverse * part(second) * inverse.transpose()) else {
+            // Nothing is known where one of them is not.
+            return DMatrix::from_element(n, n, f64::NAN);
+        };
         let grown = own.eigenvalues.map(|v| v.max(1.0).sqrt());
         let turned = &root * &own.eigenvectors;
         let block = &turned * DMatrix::from_diagonal(&grown) * own.eigenvectors.transpose() * inverse;
