@@ -21,6 +21,7 @@ mod region_sums;
 mod rim;
 mod rounds;
 mod sampling;
+pub mod second_look;
 mod template;
 mod view;
 
@@ -32,3 +33,4 @@ pub use plan_alignment::{AlignmentInput, align_on_plan};
 pub use pose::*;
 pub use region_fit::REGION_POINTS;
 pub use region_places::{RegionPlaces, expected_region_fit, region_hold, region_places};
+pub use second_look::{SecondLook, second_look};

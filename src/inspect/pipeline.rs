@@ -12,7 +12,7 @@ use crate::measure::Local;
 use crate::part::Part;
 use crate::plan::{Plan, Side};
 use crate::run::{Cancelled, RunContext, Stage};
-use crate::scan::{self, ConditionedScan, PointGrid, ScanHints};
+use crate::scan::{self, ConditionedScan, PointClass, PointGrid, ScanHints};
 
 /// A result and the scan that it is about; printers draw the map from both.
 #[derive(Debug, Clone)]
@@ -95,7 +95,11 @@ fn measure_conditioned(
     run.enter(Stage::BestFit)?;
     let InView { best_fit, warnings: others } = align::find_part(part, scan, &hints(plan, part), run)?;
     run.enter(Stage::Features)?;
+    let second_look = align::second_look(scan, part.face(best_fit.face), &best_fit.cad_from_scan, run)?;
+    scan.reclassify(&second_look.sheet, PointClass::Kept);
     let grid = PointGrid::build(scan, grid_cell_mm(scan));
+    // After the grid: to take low points from a measurement would move it, and one that is too low is none anyway.
+    scan.reclassify(&second_look.belt, PointClass::Belt);
     let scan = &*scan;
     let input = AlignmentInput { plan, part, scan, grid: &grid };
     let (alignment, pose_uncertainty) = align_on_plan(&input, &best_fit, run)?;

@@ -6,7 +6,9 @@
 
 use super::card::Card;
 use super::edge_place::{EdgeAtPlace, deep_mm, edge_at_place, other_edge_mm};
-use super::frame::{FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, sheet_gate_mm, sheet_normal};
+use super::frame::{
+    FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, or_too_near_the_belt, sheet_gate_mm, sheet_normal,
+};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::{Rim, is_of_a_leaf_behind, rims_near};
@@ -67,6 +69,18 @@ pub fn edge(
 
 /// The same, with the card of what was asked on the way.
 pub fn edge_with_card(
+    local: &Local,
+    position: &Point3,
+    direction: &UnitVector3,
+    normal: &UnitVector3,
+    search_mm: f64,
+    card: &mut Card,
+) -> Result<EdgeFound, NotFound> {
+    let found = find_edge(local, position, direction, normal, search_mm, card);
+    or_too_near_the_belt(local, position, found, card)
+}
+
+fn find_edge(
     local: &Local,
     position: &Point3,
     direction: &UnitVector3,

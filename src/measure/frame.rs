@@ -142,17 +142,55 @@ pub fn sheet_normal_of(part: &Part, face: &Face, nominal: &Point3, w: &UnitVecto
 /// the sheet off or has taken a part of its points, and what was fitted is the filter's work.
 ///
 /// # Errors
-/// The place is lower than the belt's clearance and three standard deviations of the belt's points.
+/// The place is lower than what can be told from the belt there.
 pub fn clear_of_belt(local: &Local, seen_places: &[Point3], points: usize, card: &mut Card) -> Result<(), NotFound> {
-    let (Some(belt), Some(clearance_mm)) = (local.scan.belt, local.scan.belt_clearance_mm) else { return Ok(()) };
+    let (Some(belt), Some(face_mm)) = (local.scan.belt, nearest_face_mm(local, seen_places)) else { return Ok(()) };
     let scan_from_cad: Isometry3 = local.cad_from_scan.scan_from_cad();
     let heights = seen_places.iter().map(|p| belt.height_mm(&(scan_from_cad * p)));
     let lowest_mm = heights.fold(f64::INFINITY, f64::min);
-    if !card.at_least("height above the belt", "mm", lowest_mm, clearance_mm + 3.0 * belt.sigma_mm) {
-        let reason = format!("lies {lowest_mm:.1} mm above the belt, too near to be told from it");
+    is_told_from_belt(local, lowest_mm, face_mm, points, card)
+}
+
+/// What was not found, or that its nominal place, which is that near to the belt, is the reason for it.
+pub fn or_too_near_the_belt<T>(
+    local: &Local,
+    nominal: &Point3,
+    found: Result<T, NotFound>,
+    card: &mut Card,
+) -> Result<T, NotFound> {
+    found.map_err(|not| match nearest_face_mm(local, &[*nominal]) {
+        // Asked only where it fails: the card ends with the question that was.
+        Some(face_mm) if face_mm < local.scan.told_from_belt_mm(face_mm) => {
+            is_told_from_belt(local, face_mm, face_mm, not.points, card).err().unwrap_or(not)
+        }
+        _ => not,
+    })
+}
+
+/// Whether a height above the belt can be told from it where the part's face lies `face_mm` above it.
+fn is_told_from_belt(
+    local: &Local,
+    height_mm: f64,
+    face_mm: f64,
+    points: usize,
+    card: &mut Card,
+) -> Result<(), NotFound> {
+    if !card.at_least("height above the belt", "mm", height_mm, local.scan.told_from_belt_mm(face_mm)) {
+        let reason = format!("lies {height_mm:.1} mm above the belt, too near to be told from it");
         return Err(NotFound::new(reason, points));
     }
     Ok(())
+}
+
+/// How high above the belt the seen face lies where it is nearest to some places (CAD frame); the lowest, in mm. `None` without a belt.
+fn nearest_face_mm(local: &Local, places: &[Point3]) -> Option<f64> {
+    let belt = local.scan.belt_clearance_mm.and(local.scan.belt)?;
+    let scan_from_cad: Isometry3 = local.cad_from_scan.scan_from_cad();
+    let height = |p: &Point3| {
+        let hit = local.face.closest(p, f64::INFINITY)?;
+        Some(belt.height_mm(&(scan_from_cad * hit.point)))
+    };
+    places.iter().filter_map(height).reduce(f64::min)
 }
 
 /// Where the nominal place lies on the face that the camera saw. `normal` is the sheet's on the plan's side.

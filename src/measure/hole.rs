@@ -1,6 +1,7 @@
 //! A circular hole.
 
 use super::card::Card;
+use super::frame::or_too_near_the_belt;
 use super::opening::{Opening, arc, frame_of, measure_opening};
 use super::{Local, NotFound, SHARPNESS_U};
 use crate::fit::soft_edge::Circle;
@@ -89,7 +90,8 @@ pub fn hole_with_card(
 ) -> Result<HoleFound, NotFound> {
     let nominal = Circle { centre: [0.0, 0.0], radius: 0.5 * diameter_mm };
     let frame = frame_of(local, centre, axis, None, &nominal);
-    let found = measure_opening(local, &frame, &nominal, search_mm, card)?;
+    let found = measure_opening(local, &frame, &nominal, search_mm, card);
+    let found = or_too_near_the_belt(local, centre, found, card)?;
     let own = found.centre_covariance();
     let fit = &found.fit;
     let sharpness = SHARPNESS_U * found.spacing_mm;

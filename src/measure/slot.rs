@@ -1,6 +1,7 @@
 //! A slot with round ends.
 
 use super::card::Card;
+use super::frame::or_too_near_the_belt;
 use super::hole::larger_axis;
 use super::layer::Layer;
 use super::opening::{Opening, arc, frame_of, measure_opening};
@@ -107,7 +108,9 @@ pub fn slot(local: &Local, nominal: &NominalSlot, search_mm: f64) -> Result<Slot
     // The long axis is v of the frame.
     let start = Slot { centre: [0.0, 0.0], angle: FRAC_PI_2, half_straight, radius };
     let frame = frame_of(local, &nominal.centre, &nominal.axis, Some(&nominal.direction), &start);
-    let found = measure_opening(local, &frame, &start, search_mm, &mut Card::default())?;
+    let mut card = Card::default();
+    let found = measure_opening(local, &frame, &start, search_mm, &mut card);
+    let found = or_too_near_the_belt(local, &nominal.centre, found, &mut card)?;
     let (fit, c) = (&found.fit, &found.fit.covariance);
     let axis = frame.vector(found.normal());
     let (sin, cos) = fit.outline.angle.sin_cos();

@@ -11,7 +11,7 @@
 
 use super::bend::{Bend, fit_bend};
 use super::card::Card;
-use super::frame::{FeatureFrame, clear_of_belt};
+use super::frame::{FeatureFrame, clear_of_belt, or_too_near_the_belt};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, FINE_MM, face_height};
 use super::place::{Place, noise_mm};
@@ -57,6 +57,18 @@ pub fn surface(
 
 /// The same as the plan asks for it, with the card of what was asked on the way.
 pub fn surface_with_card(
+    local: &Local,
+    position: &Point3,
+    direction: &UnitVector3,
+    search_mm: f64,
+    how: &SurfaceFit,
+    card: &mut Card,
+) -> Result<SurfaceFound, NotFound> {
+    let found = find_surface(local, position, direction, search_mm, how, card);
+    or_too_near_the_belt(local, position, found, card)
+}
+
+fn find_surface(
     local: &Local,
     position: &Point3,
     direction: &UnitVector3,

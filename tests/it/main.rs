@@ -8,6 +8,7 @@ mod best_fit_alignment;
 mod cad_sides;
 mod cli;
 mod common_errors;
+mod flange_on_belt;
 mod flat_plate;
 mod foretold;
 mod forged_cache;
