@@ -107,8 +107,8 @@ fn measure_point(
     };
     let budget = Known { plan, part: local.part, face: local.face, pose }.of_value(point, &value.own);
     let uncertainty_mm = 2.0 * budget.standard_mm();
-    let (verdict, reason) =
-        decide(plan.part.decision, value.deviation_mm, uncertainty_mm, point.lower_mm, point.upper_mm);
+    let lower_mm = point.judged_lower_mm();
+    let (verdict, reason) = decide(plan.part.decision, value.deviation_mm, uncertainty_mm, lower_mm, point.upper_mm);
     if verdict == Verdict::NotMeasured {
         let result = not_measured(point, reason.unwrap_or_default(), value.points_used);
         return (PointResult { card, ..result }, value.warning);

@@ -95,13 +95,15 @@ impl<'a> Outlook<'a> {
 }
 
 /// Warns of every comparison point whose tolerance the measuring system cannot judge: with U as large as half of the tolerance's
-/// width, or larger, not even a deviation in its middle could pass.
+/// width (of a distance that may be 0: as its upper limit), or larger, not even the best deviation could pass.
 pub fn tolerance_warnings(outlook: &Outlook) -> Vec<Diagnostic> {
     let source = if outlook.rig.is_some() { "by [rig]" } else { "without [rig]" };
     let warning = |(point, u_mm): (&ComparisonPoint, f64)| {
         let (lower_mm, upper_mm) = (point.lower_mm, point.upper_mm);
+        // A distance of 0 passes when U is within its only limit.
+        let most_mm = if point.judged_lower_mm().is_finite() { 0.5 * (upper_mm - lower_mm) } else { upper_mm };
         // The plan's own check tells limits that nobody can measure.
-        if upper_mm - lower_mm < crate::plan::NARROWEST_MM || u_mm < 0.5 * (upper_mm - lower_mm) {
+        if upper_mm - lower_mm < crate::plan::NARROWEST_MM || u_mm < most_mm {
             return None;
         }
         let message = format!(

@@ -3,7 +3,7 @@
 use super::result::{PointResult, Verdict};
 use crate::plan::Decision;
 
-/// The verdict of one value. `uncertainty_mm` is expanded (k = 2).
+/// The verdict of one value. `uncertainty_mm` is expanded (k = 2); a limit that is none is infinite.
 ///
 /// ISO 14253-1: in tolerance is proved only inside the limits drawn in by U, out of tolerance only outside the limits
 /// moved out by U; between them nothing is proved.
@@ -57,6 +57,16 @@ mod tests {
         assert_eq!(iso(-0.626), Verdict::Fail);
         let plain = |d| decide(Decision::Plain, d, 0.125, -0.5, 0.75).0;
         assert_eq!((plain(0.75), plain(0.7501), plain(-0.5001)), (Verdict::Pass, Verdict::Fail, Verdict::Fail));
+    }
+
+    /// A distance cannot fall below 0, however uncertain it is.
+    #[test]
+    fn a_distance_within_its_only_limit_passes() {
+        let of = |d| decide(Decision::Iso14253, d, 0.125, f64::NEG_INFINITY, 0.25).0;
+        assert_eq!([0.0, 0.125, 0.2, 0.375, 0.376].map(of), {
+            use Verdict::{Fail, Pass, Undecided};
+            [Pass, Pass, Undecided, Undecided, Fail]
+        });
     }
 
     #[test]

@@ -167,3 +167,15 @@ pub struct ComparisonPoint {
     /// Line in that file, from 1.
     pub line: usize,
 }
+
+impl ComparisonPoint {
+    /// Whether its value is the distance from its nominal place: of a hole without a direction.
+    pub fn is_distance(&self) -> bool {
+        matches!(self.geometry, Geometry::Hole { direction: None, .. })
+    }
+
+    /// The limit below which it fails, mm: minus infinity where a distance may be 0, since none is less.
+    pub fn judged_lower_mm(&self) -> f64 {
+        if self.is_distance() && self.lower_mm <= 0.0 { f64::NEG_INFINITY } else { self.lower_mm }
+    }
+}

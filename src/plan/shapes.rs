@@ -105,6 +105,14 @@ pub(super) fn comparison_point(mut table: TableReader<'_>) -> ReadPoint {
     let word = kind.and_then(|kind| kinds.iter().find(|(_, k)| *k == kind)).map(|(word, _)| *word);
     let surface_fit = if kind == Some(Kind::Surface) { surface_fit(&table) } else { Some(SurfaceFit::default()) };
     let limits = limits(&table);
+    if let (Some(Geometry::Hole { direction: None, .. }), Some((lower_mm, _))) = (&geometry, limits)
+        && lower_mm > 0.0
+        && let Some(entry) = table.optional("lower_mm")
+    {
+        let words =
+            format!("found {lower_mm}, but without a direction the value is a distance: a hole in its place fails");
+        entry.odd(words, "write lower_mm = 0, or give the direction in which it is to be off");
+    }
     let file = table.problems().file().to_path_buf();
     finish(table, word, known_kind);
     let whole = named.clone().zip(geometry).zip(surface_fit).zip(limits);

@@ -213,6 +213,26 @@ fn each_problem_has_its_words_its_line_and_its_help() {
     assert_golden("problems.txt", include_str!("goldens/problems.txt"), &found);
 }
 
+/// Of a hole without direction the value is a distance: only its upper limit is judged, and a lower one above 0 is odd.
+#[test]
+fn a_distance_has_no_lower_limit() {
+    const HEAD: &str = "schema = 1\n[part]\nname = \"a\"\nthickness_mm = 0\n[cad]\nfile = \"a.stl\"\n[alignment]\nmethod = \"best_fit\"\n\
+        [[comparison]]\nname = \"C\"\nkind = \"hole\"\nposition = [0, 0, 0]\naxis = [0, 0, 1]\ndiameter_mm = 8\nupper_mm = 0.3\n";
+    for (more, judged_mm, is_odd) in [
+        ("lower_mm = 0.0", f64::NEG_INFINITY, false),
+        ("lower_mm = -0.3", f64::NEG_INFINITY, false),
+        ("lower_mm = 0.1", 0.1, true),
+        ("lower_mm = 0.1\ndirection = [1, 0, 0]", 0.1, false),
+        ("lower_mm = 0.0\ndirection = [1, 0, 0]", 0.0, false),
+    ] {
+        let loaded = read(&format!("{HEAD}{more}\n"));
+        let told = words(&loaded.problems);
+        assert_eq!(told.contains("the value is a distance"), is_odd, "{more}: {told}");
+        assert!(!loaded.any_error(), "{told}");
+        assert_eq!(loaded.plan.expect(more).comparison[0].judged_lower_mm(), judged_mm, "{more}");
+    }
+}
+
 #[test]
 fn ten_problems_are_told_at_once() {
     let mut text = FULL.to_owned();
