@@ -144,7 +144,7 @@ fn find_edge(
     // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
     let w = height(&layer.plane, 0.0, at_place) - patch.residual(&[0.0, at_place, 0.0]);
     clear_of_belt(local, &[frame.on_seen_face([0.0, at_place, w])], fit.points, card)?;
-    let sheet_normal = frame.vector([-eu, -ev, 1.0]).normalize();
+    let sheet_normal = frame.vector([-(cad_slopes[0] + eu), -(cad_slopes[1] + ev), 1.0]).normalize();
     card.normal = Some(sheet_normal);
     // Where the sheet leans, an error of the layer's height at the edge is one of the place that was seen there. It is never
     // worse than one point's.

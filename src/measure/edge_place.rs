@@ -78,7 +78,7 @@ pub fn edge_at_place(fit: &SoftEdgeFit<Edge>, sheet: &[[f64; 2]], along: [f64; 2
 }
 
 /// Points of a width along the edge, by how far they are from it.
-struct Steps {
+pub(super) struct Steps {
     /// Ascending.
     v: Vec<f64>,
     width_mm: f64,
@@ -86,13 +86,20 @@ struct Steps {
 
 /// Points a mm², and the same beyond the edge over it.
 #[derive(Clone, Copy)]
-struct Densities {
+pub(super) struct Densities {
     per_mm2: f64,
     clutter: f64,
 }
 
+impl Densities {
+    /// Points a mm² of sheet, and the share of them beyond the edge.
+    pub(super) fn new(per_mm2: f64, clutter: f64) -> Self {
+        Self { per_mm2, clutter: clutter.clamp(LEAST_CLUTTER, 0.5) }
+    }
+}
+
 impl Steps {
-    fn new(mut v: Vec<f64>, width_mm: f64) -> Self {
+    pub(super) fn new(mut v: Vec<f64>, width_mm: f64) -> Self {
         v.sort_unstable_by(f64::total_cmp);
         Self { v, width_mm }
     }
@@ -109,17 +116,17 @@ impl Steps {
         };
         let inside = density(low, -clear).filter(|d| *d > 0.0)?;
         let beyond = density(clear, high).unwrap_or(0.0);
-        Some(Densities { per_mm2: inside, clutter: (beyond / inside).clamp(LEAST_CLUTTER, 0.5) })
+        Some(Densities::new(inside, beyond / inside))
     }
 
     /// Logarithm, up to what does not depend on the step.
-    fn likelihood(&self, step: f64, Densities { per_mm2, clutter }: Densities) -> f64 {
+    pub(super) fn likelihood(&self, step: f64, Densities { per_mm2, clutter }: Densities) -> f64 {
         let outside = self.v.len() - self.up_to(step);
         outside as f64 * clutter.ln() - per_mm2 * self.width_mm * (1.0 - clutter) * step
     }
 
     /// The step of greatest likelihood: at a point, or with none inside.
-    fn best(&self, low: f64, densities: Densities) -> f64 {
+    pub(super) fn best(&self, low: f64, densities: Densities) -> f64 {
         let at = |step: f64| self.likelihood(step, densities);
         let steps = self.v.iter().copied().chain([low]);
         steps.max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(low)

@@ -8,6 +8,7 @@ use crate::fit::soft_edge::Circle;
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use nalgebra::Matrix3;
+use std::f64::consts::TAU;
 
 /// A hole as found. CAD frame, on the CAD's own face.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +35,7 @@ pub struct HoleFound {
 
 impl Opening for Circle {
     const WORD: &'static str = "hole";
+    const SHAPE_WORD: &'static str = "round";
     const SIZES: [bool; MAX_SHAPE] = [false, false, true, false, false];
 
     fn centre(&self) -> [f64; 2] {
@@ -50,9 +52,18 @@ impl Opening for Circle {
 
     fn grown(&self, by_mm: f64) -> Vec<[f64; 2]> {
         let mut corners = Vec::new();
-        arc(self.centre, self.radius + by_mm, 0.0, std::f64::consts::TAU, 128, &mut corners);
+        arc(self.centre, self.radius + by_mm, 0.0, TAU, 128, &mut corners);
         corners.pop(); // the arc ends where it began
         corners
+    }
+
+    fn rim_mm(&self) -> f64 {
+        TAU * self.radius
+    }
+
+    fn rim_place(&self, [u, v]: [f64; 2]) -> (f64, f64) {
+        let turn = (v - self.centre[1]).atan2(u - self.centre[0]).rem_euclid(TAU);
+        (turn * self.radius, self.radius.recip())
     }
 
     fn size_difference_mm(&self, other: &Self) -> f64 {

@@ -24,6 +24,7 @@ mod patch;
 mod place;
 mod reading;
 mod rim;
+mod rim_steps;
 mod sight;
 pub mod slot;
 pub mod surface;

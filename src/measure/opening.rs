@@ -7,6 +7,7 @@ use super::gap::{Gap, final_fit, margin_mm};
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::{is_of_a_leaf_behind, rims_near};
+use super::rim_steps::{RimSteps, rim_steps};
 use super::sight::{Sight, check_in_sight, own_heights};
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
@@ -18,6 +19,8 @@ use nalgebra::Matrix3;
 pub trait Opening: Outline {
     /// The word for people.
     const WORD: &'static str;
+    /// What its rim should be.
+    const SHAPE_WORD: &'static str;
     /// Shape parameters that are sizes, kept nominal while searching.
     const SIZES: [bool; MAX_SHAPE];
     /// Its centre.
@@ -30,6 +33,10 @@ pub trait Opening: Outline {
     fn grown(&self, by_mm: f64) -> Vec<[f64; 2]>;
     /// Largest difference of a size (diameter, length, width) between two outlines of the family, mm.
     fn size_difference_mm(&self, other: &Self) -> f64;
+    /// Length of its rim, mm.
+    fn rim_mm(&self) -> f64;
+    /// Of the place of the rim nearest to a point: how far along the rim it lies, counter-clockwise, mm, and the curvature there, per mm.
+    fn rim_place(&self, p: [f64; 2]) -> (f64, f64);
     /// Its smallest size, mm.
     fn least_size_mm(&self) -> f64;
     /// Its sizes in words.
@@ -63,7 +70,7 @@ impl<O: Opening> OpeningFound<O> {
 
     /// Normal of the measured sheet, on the side of w.
     pub fn normal(&self) -> Uvw {
-        let [_, eu, ev] = self.layer.plane;
+        let [eu, ev] = self.slopes;
         let length = (1.0 + eu * eu + ev * ev).sqrt();
         [-eu / length, -ev / length, 1.0 / length]
     }
@@ -126,13 +133,14 @@ pub fn measure_opening<O: Opening>(
         sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;
     let obstacles = obstacles(local, frame, &patch, nominal, reach + search_mm + 2.0);
-    let Gap { fit, gain } = final_fit(&sheet, &rough, &obstacles, h)?;
+    let Gap { mut fit, gain } = final_fit(&sheet, &rough, &obstacles, h)?;
     let spacing_mm = fit.density_per_mm2.sqrt().recip();
     card.window_mm = Some(reach);
     card.residual_mm = Some(layer.sigma_mm);
     card.spacing_mm = Some(spacing_mm);
     check_gain(&fit, gain, search_mm, card)?;
     let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm, card)?;
+    let not_round = check_rim(&mut fit, &sheet, card)?;
     let rim = fit.outline.grown(0.0);
     // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
     let cad = |p: &[f64; 2]| -patch.residual(&[p[0], p[1], 0.0]);
@@ -142,7 +150,8 @@ pub fn measure_opening<O: Opening>(
     let [u, v] = fit.outline.centre();
     let around: Vec<f64> = ring(nominal, RIM_MM).iter().map(cad).collect();
     let cad_mm = off_face_mm(&patch, &around) + patch.rise(u, v);
-    let warning = warning(&fit.outline, nominal, inside);
+    let told: Vec<String> = [warning(&fit.outline, nominal, inside), not_round].into_iter().flatten().collect();
+    let warning = (!told.is_empty()).then(|| told.join("; "));
     Ok(OpeningFound { fit, layer, slopes, sight, cad_mm, spacing_mm, warning })
 }
 
@@ -434,6 +443,36 @@ fn check<O: Opening>(
         return not(format!("the search for the rim of the {word} did not settle"));
     }
     Ok(inside)
+}
+
+/// Is the rim where the outline is, all around? What it is off is uncertain of every place and size, and told.
+fn check_rim<O: Opening>(
+    fit: &mut SoftEdgeFit<O>,
+    sheet: &[[f64; 2]],
+    card: &mut Card,
+) -> Result<Option<String>, NotFound> {
+    let RimSteps { off_mm, share, most_mm } = rim_steps(fit, sheet);
+    let is_shape = card.at_most("distance of a stretch of the rim from its outline", "mm", off_mm.abs(), most_mm);
+    if off_mm == 0.0 {
+        return Ok(None);
+    }
+    let words = format!(
+        "the rim of the {} is not {}: {:.1} mm off over {:.0} % of it",
+        O::WORD,
+        O::SHAPE_WORD,
+        off_mm.abs(),
+        100.0 * share
+    );
+    if !is_shape {
+        return Err(NotFound::new(words, fit.points));
+    }
+    // A turn moves the far end by its angle times the reach.
+    let reach_mm = fit.outline.reach_mm();
+    for k in 0..O::SHAPE {
+        let is_turn = k > 1 && !O::SIZES[k];
+        fit.covariance[(k, k)] += (off_mm / if is_turn { reach_mm } else { 1.0 }).powi(2);
+    }
+    Ok(Some(words))
 }
 
 /// An arc about a centre from one angle to another, as corners whose polygon has the area of the sector: the radius is

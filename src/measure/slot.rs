@@ -47,6 +47,7 @@ pub struct SlotFound {
 
 impl Opening for Slot {
     const WORD: &'static str = "slot";
+    const SHAPE_WORD: &'static str = "straight with round ends";
     const SIZES: [bool; MAX_SHAPE] = [false, false, false, true, true];
 
     fn centre(&self) -> [f64; 2] {
@@ -71,6 +72,25 @@ impl Opening for Slot {
         arc(end(1.0), r, a - FRAC_PI_2, a + FRAC_PI_2, 64, &mut corners);
         arc(end(-1.0), r, a + FRAC_PI_2, a + FRAC_PI_2 + PI, 64, &mut corners);
         corners
+    }
+
+    fn rim_mm(&self) -> f64 {
+        4.0 * self.half_straight + 2.0 * PI * self.radius
+    }
+
+    fn rim_place(&self, [u, v]: [f64; 2]) -> (f64, f64) {
+        let (sin, cos) = self.angle.sin_cos();
+        let [du, dv] = [u - self.centre[0], v - self.centre[1]];
+        let (x, y) = (du * cos + dv * sin, dv * cos - du * sin);
+        let (half, r) = (self.half_straight, self.radius);
+        if x.abs() <= half {
+            // Back along the side above the axis, and on along the one below.
+            let along = if y >= 0.0 { PI * r + half - x } else { 2.0 * PI * r + 3.0 * half + x };
+            return (along, 0.0);
+        }
+        let turned = (y * x.signum()).atan2(x.abs() - half) + FRAC_PI_2;
+        let before = if x > 0.0 { 0.0 } else { PI * r + 2.0 * half };
+        (before + turned * r, r.recip())
     }
 
     fn size_difference_mm(&self, other: &Self) -> f64 {

@@ -15,6 +15,7 @@ mod forged_cache;
 mod layers;
 mod measure_accuracy;
 mod measure_hostile;
+mod measure_rims;
 mod nist_fits;
 mod pose_sweep;
 mod project;

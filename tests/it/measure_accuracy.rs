@@ -339,6 +339,9 @@ fn a_leaning_or_turned_axis_moves_no_hole_and_the_belt_hides_one() {
         // is cut across the axis), and at a spacing of 0.62 mm their places alone are good for some hundredths.
         let shift = found.centre - straight.centre;
         assert!(shift.norm() < 0.08, "axis {other:?}: {shift:?}");
+        // The normal is the sheet's, whatever the plan's axis is. A window leaned over by 10 degrees is 1.5 % wider one way.
+        let apart = found.axis.dot(&straight.axis).abs().acos().to_degrees();
+        assert!(apart < 0.5, "axis {other:?}: normals are {apart} degrees apart");
     }
     // The belt under the face that was seen, whose outward normal is minus the CAD's.
     let seen = centre - axis.into_inner() * bench.nominal.thickness_mm;
@@ -351,6 +354,26 @@ fn a_leaning_or_turned_axis_moves_no_hole_and_the_belt_hides_one() {
             Err(e) => assert!(hidden && e.reason.contains("above the belt"), "{e}"),
             Ok(_) => assert!(!hidden),
         }
+    }
+}
+
+#[test]
+fn the_normal_told_of_an_edge_is_the_sheets() {
+    let bench = Bench::new();
+    let (scan, cad_from_scan) = exact_scan_from_below(&bench);
+    let grid = PointGrid::build(&scan, 3.0);
+    let local = local(&bench.part, Side::Bottom, &scan, &grid, cad_from_scan);
+    let edge = bench.nominal.comparison.iter().find(|c| c.name == "E04").expect("an edge");
+    let Geometry::Edge { position, direction, normal } = &edge.geometry else { panic!("E04") };
+    let straight = measure::edge(&local, position, direction, normal, 3.0).unwrap().normal;
+    assert!(straight.dot(normal) > 2.0_f64.to_radians().cos());
+    let (sin, cos) = 10.0_f64.to_radians().sin_cos();
+    for sin in [sin, -sin] {
+        let along = direction.cross(normal);
+        let leaning = UnitVector3::new_normalize(normal.into_inner() * cos + along * sin);
+        let found = measure::edge(&local, position, direction, &leaning, 3.0).unwrap().normal;
+        let apart = found.dot(&straight).acos().to_degrees();
+        assert!(apart < 0.5, "{sin}: normals are {apart} degrees apart");
     }
 }
 

@@ -18,8 +18,8 @@ use shapeline::simulate::{
 use std::sync::LazyLock;
 
 /// A part and a scan of it in its true pose.
-struct Scene {
-    nominal: SyntheticPart,
+pub(crate) struct Scene {
+    pub(crate) nominal: SyntheticPart,
     part: Part,
     side: Side,
     scan: ConditionedScan,
@@ -28,7 +28,7 @@ struct Scene {
 
 /// A nominal place on the face that was seen: two directions in the sheet and its normal on the plan's side, CAD frame.
 #[derive(Clone, Copy)]
-struct Place {
+pub(crate) struct Place {
     at: Point3,
     axes: [Vector3; 3],
 }
@@ -44,7 +44,7 @@ impl Place {
 }
 
 impl Scene {
-    fn new(density_per_mm2: f64, side: Side, seed: u64) -> Self {
+    pub(crate) fn new(density_per_mm2: f64, side: Side, seed: u64) -> Self {
         Self::of_part(&BracketParameters::default(), density_per_mm2, side, seed)
     }
 
@@ -80,7 +80,7 @@ impl Scene {
     }
 
     /// A scan of nothing but these points.
-    fn of(&self, place: &Place, points: impl Iterator<Item = [f64; 3]>) -> (ConditionedScan, PointGrid) {
+    pub(crate) fn of(&self, place: &Place, points: impl Iterator<Item = [f64; 3]>) -> (ConditionedScan, PointGrid) {
         let scan_from_cad = self.cad_from_scan.scan_from_cad();
         let positions: Vec<Point3> = points.map(|p| scan_from_cad * place.cad(p)).collect();
         let scan = ConditionedScan {
@@ -95,12 +95,12 @@ impl Scene {
         (scan, grid)
     }
 
-    fn local<'a>(&'a self, scan: &'a ConditionedScan, grid: &'a PointGrid) -> Local<'a> {
+    pub(crate) fn local<'a>(&'a self, scan: &'a ConditionedScan, grid: &'a PointGrid) -> Local<'a> {
         local(&self.part, self.side, scan, grid, self.cad_from_scan)
     }
 
     /// The plan's surface points, the datum among them, or its edges: those that are measured as long as nothing is wrong.
-    fn good(&self, kind: &str) -> Vec<Good> {
+    pub(crate) fn good(&self, kind: &str) -> Vec<Good> {
         let features = self.nominal.features.iter().map(|f| (&f.name, &f.geometry));
         let all = features.chain(self.nominal.comparison.iter().map(|c| (&c.name, &c.geometry)));
         let of_kind = all.filter(|(_, geometry)| geometry.kind() == kind);
@@ -155,11 +155,11 @@ struct Found {
 }
 
 /// A place of the plan that is measured, with the points around it.
-struct Good {
-    name: String,
-    geometry: Geometry,
-    place: Place,
-    points: Vec<[f64; 3]>,
+pub(crate) struct Good {
+    pub(crate) name: String,
+    pub(crate) geometry: Geometry,
+    pub(crate) place: Place,
+    pub(crate) points: Vec<[f64; 3]>,
     found: Found,
 }
 
@@ -185,7 +185,7 @@ static BENCHES: LazyLock<Vec<Bench>> = LazyLock::new(|| {
     .collect()
 });
 
-fn is_full_sweep() -> bool {
+pub(crate) fn is_full_sweep() -> bool {
     std::env::var_os("SHAPELINE_FULL_SWEEP").is_some()
 }
 
