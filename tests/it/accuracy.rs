@@ -27,7 +27,8 @@ struct Errors {
     by_kind: BTreeMap<String, Vec<f64>>,
     points: usize,
     not_measured: usize,
-    covered: usize,
+    /// Of each kind, those that U covers, and all that were measured.
+    covered: BTreeMap<String, [usize; 2]>,
     worst: BTreeMap<String, (f64, String)>,
     /// Signed error and stated uncertainty (k = 2) of each point, in mm.
     by_point: BTreeMap<String, Vec<[f64; 2]>>,
@@ -50,7 +51,7 @@ impl Errors {
                 .or_default()
                 .push([signed, measured.uncertainty_mm]);
             let error = signed.abs();
-            self.covered += usize::from(error <= measured.uncertainty_mm);
+            self.count(point.kind, error <= measured.uncertainty_mm);
             // Of a hole the whole distance in the sheet counts, whether or not the plan names a direction.
             let strict = match (&measured.hole, exact.delta_mm) {
                 (Some(hole), Some(delta)) => (hole.delta_mm - Vector3::from(delta)).norm(),
@@ -61,6 +62,20 @@ impl Errors {
             if strict > worst.0 {
                 *worst = (strict, point.name.clone());
             }
+        }
+    }
+
+    fn count(&mut self, kind: &str, is_covered: bool) {
+        let [covered, all] = self.covered.entry(kind.to_owned()).or_default();
+        *covered += usize::from(is_covered);
+        *all += 1;
+    }
+
+    /// U (k = 2) covers 95 % of each kind: not fewer than one in a thousand tries would have it, of so many values.
+    fn assert_covered(&self) {
+        for (kind, &[covered, all]) in &self.covered {
+            let least = least_covered(all);
+            assert!(covered >= least, "{kind}: U covers {covered} of {all}, at least {least} were expected");
         }
     }
 
@@ -93,9 +108,11 @@ impl Errors {
             self.p95("hole"),
             self.not_measured,
             self.points,
-            100.0 * self.covered as f64 / (self.points - self.not_measured).max(1) as f64,
+            100.0 * self.covered.values().map(|c| c[0]).sum::<usize>() as f64
+                / (self.points - self.not_measured).max(1) as f64,
             self.worst
         );
+        println!("covered of each kind {:?}", self.covered);
         if std::env::var_os("SHAPELINE_ACCURACY_SCANS").is_some() {
             self.tell_points();
         }
@@ -112,6 +129,28 @@ impl Errors {
             println!("{name:6} {:6}  {bias:+.4}  {spread:.4}  {largest:.4}  {stated:.4}", values.len());
         }
     }
+}
+
+/// The least number of `n` values that U covers, if it covers 95 % of all, but for one try in a thousand (binomial).
+fn least_covered(n: usize) -> usize {
+    const COVERED: f64 = 0.95;
+    // From all of them downwards.
+    let mut chance = COVERED.powi(n as i32);
+    let mut sum = chance;
+    let mut least = n;
+    while sum <= 1.0 - 1e-3 && least > 0 {
+        chance *= (1.0 - COVERED) / COVERED * least as f64 / (n - least + 1) as f64;
+        sum += chance;
+        least -= 1;
+    }
+    least
+}
+
+#[test]
+fn the_least_number_covered_is_the_binomials() {
+    // P(X <= 14) = 0.0003 and P(X <= 15) = 0.0026 of Bin(20, 0.95); P(X <= 88) = 0.0040, P(X <= 87) = 0.0015 and P(X <= 86) = 0.0005 of
+    // Bin(100, 0.95).
+    assert_eq!((least_covered(20), least_covered(100), least_covered(1)), (15, 87, 0));
 }
 
 fn scans(usual: u64) -> u64 {
@@ -142,7 +181,7 @@ fn in_true_pose(plan: &Plan, part: &Part, scan: &ConditionedScan, truth: &ScanTr
         errors.points += 1;
         match found {
             Ok((error, u)) => {
-                errors.covered += usize::from(error.abs() <= 2.0 * u);
+                errors.count(point.geometry.kind(), error.abs() <= 2.0 * u);
                 errors.by_kind.entry(point.geometry.kind().into()).or_default().push(error.abs());
                 errors.by_point.entry(format!("{} {}", point.name, truth.side)).or_default().push([error, 2.0 * u]);
             }
@@ -195,6 +234,7 @@ fn rig(density_per_mm2: f64) -> RigModel {
 fn at_the_papers_density_points_are_found_to_hundredths() {
     let errors = errors_at(&rig(26.0), scans(4), 4100);
     errors.tell("26 points/mm²");
+    errors.assert_covered();
     assert!(errors.p95("surface") < 0.05);
     assert!(errors.p95("edge") < 0.12);
     assert!(errors.p95("hole") < 0.06);
@@ -256,6 +296,7 @@ fn narrow_dents_are_told_to_hundredths() {
 fn at_a_twentieth_of_the_density_it_still_measures() {
     let errors = errors_at(&rig(1.3), scans(8), 5100);
     errors.tell("1.3 points/mm²");
+    errors.assert_covered();
     assert!(errors.p95("surface") < 0.12);
     assert!(errors.p95("edge") < 0.35);
     assert!(errors.p95("hole") < 0.20);
