@@ -91,3 +91,31 @@ fn a_rail_held_by_its_rims_errs_no_more_than_the_best_fit_says() {
     assert!(rms(&found.pose) < 1.6, "pose error/u {}", rms(&found.pose));
     assert!(found.largest_u_mm < 1.0, "rims hold it to a fraction of a mm, not to {}", found.largest_u_mm);
 }
+
+/// A stray 30 m away, and one point in fifty written as -9999 in every coordinate, are neither a wrong unit nor a part.
+#[test]
+fn points_far_outside_leave_the_scan_measured() {
+    let nominal = bracket(&BracketParameters::default());
+    let part = prepared(&nominal);
+    let subject = Subject::perfect(&nominal);
+    let rig = RigModel { rim_rounding_mm: 0.0, belt_margin_mm: 20.0, ..RigModel::default().with_density(2.6) };
+    let mut plan = subject.plan.clone();
+    plan.scans.view_direction = Some(rig.view_direction);
+    let pose = PoseChoice::side(&subject, Side::Top);
+    let cloud = simulate_scan(&subject, &rig, &pose, 7300, &RunContext::silent()).expect("not cancelled").cloud;
+    for case in ["one stray", "one in fifty"] {
+        let mut cloud = cloud.clone();
+        match case {
+            "one stray" => cloud.positions[1000] = Point3::new(-30_000.0, 0.0, 0.0),
+            _ => cloud.positions.iter_mut().step_by(50).for_each(|p| *p = Point3::new(-9999.0, -9999.0, -9999.0)),
+        }
+        let inspected = inspect_scan(&plan, &part, cloud, identity());
+        match &inspected.result.outcome {
+            Outcome::Measured(inspection) => {
+                assert_eq!(inspection.alignment.degraded, None, "case {case}");
+                assert!(inspection.points.iter().all(|p| p.measurement.is_some()), "case {case}");
+            }
+            Outcome::Refused(refusal) => panic!("case {case}: {refusal}"),
+        }
+    }
+}
