@@ -129,7 +129,7 @@ pub fn measure_opening<O: Opening>(
     let depth = search_mm + 2.0 + 0.3 * reach;
     let patch = CadPatch::sample(local, frame, &sample_places(nominal, margin_mm(h)), depth + reach, ROUGH_MM);
     let gathered = frame.gather(local, [0.0, 0.0], reach + search_mm, depth);
-    let Sheet { points: sheet, layer, slopes, sight } =
+    let Sheet { points: sheet, wide, layer, slopes, sight } =
         sheet_around(local, frame, &patch, &gathered, nominal, search_mm)?;
     let rough = search(&sheet, nominal, h, search_mm, reach)?;
     let obstacles = obstacles(local, frame, &patch, nominal, reach + search_mm + 2.0);
@@ -140,7 +140,7 @@ pub fn measure_opening<O: Opening>(
     card.spacing_mm = Some(spacing_mm);
     check_gain(&fit, gain, search_mm, card)?;
     let inside = check(&fit, nominal, &sheet, spacing_mm, search_mm, card)?;
-    let not_round = check_rim(&mut fit, &sheet, card)?;
+    let not_round = check_rim(&mut fit, &sheet, &wide, card)?;
     let rim = fit.outline.grown(0.0);
     // The CAD's height over a place of the nominal plane is minus that of the place over the CAD.
     let cad = |p: &[f64; 2]| -patch.residual(&[p[0], p[1], 0.0]);
@@ -188,6 +188,8 @@ fn ring<O: Opening>(nominal: &O, by_mm: f64) -> Vec<[f64; 2]> {
 struct Sheet {
     /// (u, v) of its points, each where its line of sight meets the layer.
     points: Vec<[f64; 2]>,
+    /// The same with those below the layer by as much as its scatter explains, and with them what hangs from a rim into the thickness.
+    wide: Vec<[f64; 2]>,
     layer: Layer,
     /// Slopes of layer and CAD together.
     slopes: [f64; 2],
@@ -228,11 +230,13 @@ fn sheet_around<O: Opening>(
     let cad = patch.slopes();
     let slopes = [layer.plane[1] + cad[0], layer.plane[2] + cad[1]];
     let sight = Sight::new(local, frame, slopes);
-    let on_sheet = |p: &[f64; 3]| {
+    let within = |p: &[f64; 3], below: f64| {
         let over = p[2] - height(&layer.plane, p[0], p[1]);
         (-below..above).contains(&(over * frame.outward)).then(|| sight.on_sheet(p[0], p[1], over))
     };
-    Ok(Sheet { points: heights.iter().filter_map(on_sheet).collect(), layer, slopes, sight })
+    let points = heights.iter().filter_map(|p| within(p, below)).collect();
+    let wide = heights.iter().filter_map(|p| within(p, above)).collect();
+    Ok(Sheet { points, wide, layer, slopes, sight })
 }
 
 /// A start for the fit, from points thinned to a few hundred: first with a wide blur from the nominal place, and where that
@@ -449,9 +453,10 @@ fn check<O: Opening>(
 fn check_rim<O: Opening>(
     fit: &mut SoftEdgeFit<O>,
     sheet: &[[f64; 2]],
+    wide: &[[f64; 2]],
     card: &mut Card,
 ) -> Result<Option<String>, NotFound> {
-    let RimSteps { off_mm, share, most_mm } = rim_steps(fit, sheet);
+    let RimSteps { off_mm, share, most_mm } = rim_steps(fit, sheet, wide);
     let is_shape = card.at_most("distance of a stretch of the rim from its outline", "mm", off_mm.abs(), most_mm);
     if off_mm == 0.0 {
         return Ok(None);

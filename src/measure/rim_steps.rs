@@ -18,6 +18,8 @@ const LENGTHS: [usize; 4] = [16, 12, 6, 3];
 /// How far from the rim is looked, in spacings and, where those are smaller, mm; into the opening at most this share of its radius.
 const DEEP: (f64, f64) = (4.0, 2.5);
 const INWARDS: f64 = 0.6;
+/// Emptier than this share of that depth is a void and not a tear.
+const SEEN_SHARE: f64 = 0.8;
 /// Differences that count for none.
 const LEAST: (f64, f64) = (0.5, 0.25);
 /// Beyond this it is not the outline that was looked for.
@@ -34,26 +36,38 @@ pub struct RimSteps {
     pub most_mm: f64,
 }
 
-/// Looks along the rim; `sheet` are the points of the sheet.
-pub fn rim_steps<O: Opening>(fit: &SoftEdgeFit<O>, sheet: &[[f64; 2]]) -> RimSteps {
+/// Looks along the rim. `sheet` are the points that were fitted; `wide` those that lie within the layer's whole scatter: where the sheet
+/// leans, stretches that noise moved down are missing among the former, which is no tear.
+pub fn rim_steps<O: Opening>(fit: &SoftEdgeFit<O>, sheet: &[[f64; 2]], wide: &[[f64; 2]]) -> RimSteps {
     let spacing = fit.density_per_mm2.sqrt().recip();
     let length = |(spacings, mm): (f64, f64)| (spacings * spacing).max(mm);
     let deep = length(DEEP);
     let inwards = INWARDS * 0.5 * fit.outline.least_size_mm();
     let high = inwards.min(deep);
-    let parts = by_part(&fit.outline, sheet, deep, inwards);
-    let densities = Densities::new(fit.density_per_mm2, fit.clutter);
+    let tried = [(sheet, 1.0), (wide, wide.len() as f64 / sheet.len().max(1) as f64)];
+    let tried = tried.map(|(points, more)| {
+        let densities = Densities::new(fit.density_per_mm2 * more, fit.clutter);
+        (by_part(&fit.outline, points, deep, inwards), densities)
+    });
     let mut off = [false; PARTS];
     let mut furthest = 0.0_f64;
     for count in LENGTHS {
         for first in (0..PARTS).step_by(count / 2) {
             let own = (first..first + count).map(|part| part % PARTS);
-            let v: Vec<f64> = own.clone().flat_map(|part| parts[part].iter().copied()).filter(|v| *v < high).collect();
-            let steps = Steps::new(v, fit.outline.rim_mm() * count as f64 / PARTS as f64);
-            let here = steps.best(-deep, densities);
-            let gain = steps.likelihood(here, densities) - steps.likelihood(0.0, densities);
-            if here.abs() > length(LEAST) && gain > STEP_GAIN {
-                own.for_each(|part| off[part] = true);
+            let step = |(parts, densities): &(Vec<Vec<f64>>, Densities)| {
+                let v = own.clone().flat_map(|part| parts[part].iter().copied()).filter(|v| *v < high).collect();
+                let steps = Steps::new(v, fit.outline.rim_mm() * count as f64 / PARTS as f64);
+                let here = steps.best(-deep, *densities);
+                let gain = steps.likelihood(here, *densities) - steps.likelihood(0.0, *densities);
+                (here.abs() > length(LEAST) && gain > STEP_GAIN).then_some(here)
+            };
+            let found = match step(&tried[0]) {
+                Some(here) if here < 0.0 => step(&tried[1]).filter(|wide| *wide < 0.0),
+                found => found,
+            };
+            // Where next to nothing stands as deep as is looked the sheet was not seen: voids are left out of the fit, and tell of no rim.
+            if let Some(here) = found.filter(|here| *here > -SEEN_SHARE * deep) {
+                own.clone().for_each(|part| off[part] = true);
                 furthest = if here.abs() > furthest.abs() { here } else { furthest };
             }
         }
