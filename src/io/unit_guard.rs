@@ -33,6 +33,8 @@ const LEAST_RAW_FACTOR: f64 = 100.0;
 /// The middle half of an evenly covered area is half as large as all of it, of a part that fills a corner of it less; far-off points
 /// beside a cloud in the right unit leave it at less than a hundredth.
 const LEAST_BULK: f64 = 0.1;
+/// A raw cloud smaller than this share of the CAD shows a small piece of the part at most, which could not be aligned either.
+const LEAST_RAW_SHARE: f64 = 0.3;
 /// Points that are looked at for the size of a cloud.
 const POINTS_LOOKED_AT: usize = 200_000;
 
@@ -48,9 +50,22 @@ pub fn check_scale(cloud_diagonal_mm: f64, cad_diagonal_mm: f64) -> Option<Scale
 /// middle 98 %, and where that is too large, the middle half must be far too large too. `None` without points.
 pub fn check_raw_scale(points: &[Point3], cad_diagonal_mm: f64) -> Option<ScaleSuspicion> {
     let inner = |left_out: f64| inner_diagonal_mm(points, 0..points.len(), left_out);
-    let found = suspicion(inner(0.01)?, cad_diagonal_mm, LEAST_RAW_FACTOR)?;
+    let cloud_mm = inner(0.01)?;
+    let Some(found) = suspicion(cloud_mm, cad_diagonal_mm, LEAST_RAW_FACTOR) else {
+        return (cloud_mm < LEAST_RAW_SHARE * cad_diagonal_mm).then(|| too_small_with_belt(cloud_mm, cad_diagonal_mm));
+    };
     let is_by_strays = || inner(0.25).is_some_and(|mm| mm <= LEAST_BULK * found.factor * cad_diagonal_mm);
     (found.factor < 1.0 || !is_by_strays()).then_some(found)
+}
+
+/// A cloud that is far too small though it may show a belt around the part: by which factor nobody knows then.
+fn too_small_with_belt(cloud_mm: f64, cad_mm: f64) -> ScaleSuspicion {
+    let words = format!(
+        "the scan, with all that it shows beside the part, measures {cloud_mm:.4} mm across and the CAD {cad_mm:.4} mm, expected at \
+         least the part's size"
+    );
+    let help = "check [scans] unit and [cad] unit in the plan: cm, inch or m may have been taken for mm; or scan the whole part";
+    ScaleSuspicion { factor: cloud_mm / cad_mm, words, help: help.into() }
 }
 
 fn suspicion(cloud_mm: f64, cad_mm: f64, least_factor_above: f64) -> Option<ScaleSuspicion> {
@@ -163,6 +178,14 @@ mod tests {
         assert_eq!(check_raw_scale(&belt(0.001), 600.0).unwrap().factor, 0.001);
         assert_eq!(check_raw_scale(&[], 600.0), None);
         assert!(check_raw_scale(&belt(1.0), f64::NAN).is_some());
+    }
+
+    /// In inches, with a belt around it twice as wide as the part: no factor fits, and yet it is none of the belt's doing.
+    #[test]
+    fn a_raw_cloud_far_too_small_is_told_whatever_it_shows_beside_the_part() {
+        let told = check_raw_scale(&belt(1.0 / 25.4), 400.0).unwrap();
+        assert!(told.words.contains("beside the part") && told.help.contains("[scans] unit"), "{told:?}");
+        assert_eq!(check_raw_scale(&belt(0.5), 600.0), None);
     }
 
     /// A single one, and one point in ten written as (-9999, -9999, -9999), all over the file.
