@@ -180,10 +180,10 @@ mod tests {
         assert!(check_raw_scale(&belt(1.0), f64::NAN).is_some());
     }
 
-    /// In inches, with a belt around it twice as wide as the part: no factor fits, and yet it is none of the belt's doing.
+    /// In inches, with a belt around the part: larger by a third than 25.4 explains, smaller than 10 does, and none of the belt's doing.
     #[test]
     fn a_raw_cloud_far_too_small_is_told_whatever_it_shows_beside_the_part() {
-        let told = check_raw_scale(&belt(1.0 / 25.4), 400.0).unwrap();
+        let told = check_raw_scale(&belt(1.0 / 25.4), 540.0).unwrap();
         assert!(told.words.contains("beside the part") && told.help.contains("[scans] unit"), "{told:?}");
         assert_eq!(check_raw_scale(&belt(0.5), 600.0), None);
     }

@@ -149,8 +149,6 @@ fn text_and_binary_files_of_one_shape_agree() {
 fn clouds_keep_what_their_programs_wrote() {
     let Some(folder) = odd_files() else { return };
     for (name, points, colours, normals, scalars) in [
-        ("points_agisoft.xyz", 100, true, false, 0),
-        ("points_cloudcompare.xyz", 101, true, false, 1),
         ("ripple_bin.ply", 10_201, true, true, 0),
         ("train-1000.ply", 1000, false, true, 56),
         ("ply_points_bin.ply", 8, false, true, 0),
@@ -161,6 +159,11 @@ fn clouds_keep_what_their_programs_wrote() {
         assert_eq!(cloud.len(), points, "{name}");
         assert_eq!((cloud.colours.is_some(), cloud.normals.is_some()), (colours, normals), "{name}");
         assert_eq!(cloud.scalars.len(), scalars, "{name}");
+    }
+    // Coordinates of a map: five kilometres from the origin is no part.
+    for name in ["points_agisoft.xyz", "points_cloudcompare.xyz"] {
+        let refused = cloud_of(&named(&folder, name)).unwrap_err().to_string();
+        assert!(refused.contains("5648349.895035 mm") && refused.contains("unit of the file"), "{refused}");
     }
 }
 
