@@ -1,15 +1,16 @@
 //! Features of a flat plate, where the truth is plain: a hole that is not there must not be measured, whatever gaps the points leave;
 //! one that is there must be, also where its nominal place is a little off, and as well as it says.
 
+use crate::support::{self, seen_from_above};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use shapeline::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, UnitVector3, Vector3};
+use shapeline::geometry::{CadFromScan, Isometry3, Mesh, Point3, UnitVector3, Vector3};
 use shapeline::measure::slot::NominalSlot;
 use shapeline::measure::{self, HoleFound, Local, NotFound};
 use shapeline::part::{Part, PartSettings};
-use shapeline::plan::{CadSide, Side, UncertaintySettings};
+use shapeline::plan::{CadSide, Side};
 use shapeline::run::RunContext;
-use shapeline::scan::{ConditionedScan, PointClass, PointGrid, Removed};
+use shapeline::scan::{ConditionedScan, PointGrid};
 
 /// The plate reaches this far from the origin along x and y, mm.
 pub const HALF_MM: f64 = 75.0;
@@ -95,30 +96,12 @@ pub fn scan(
     // Sums of three uniforms of variance 1/3 each: near enough to Gaussian.
     let mut noise = || 0.05 * (0..3).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>();
     let positions: Vec<Point3> = points.iter().filter(|p| keep(p)).map(|p| Point3::new(p[0], p[1], noise())).collect();
-    ConditionedScan {
-        classes: vec![PointClass::Kept; positions.len()],
-        kept: (0..positions.len() as u32).collect(),
-        cloud: PointCloud { positions, ..PointCloud::default() },
-        removed: Removed::default(),
-        belt: None,
-        belt_clearance_mm: None,
-        to_camera: Some(Vector3::z_axis()),
-        spacing_mm: density.sqrt().recip(),
-        warnings: Vec::new(),
-    }
+    seen_from_above(positions, density.sqrt().recip())
 }
 
 /// What measurements look at, the part in its place.
 pub fn local<'a>(part: &'a Part, side: Side, scan: &'a ConditionedScan, grid: &'a PointGrid) -> Local<'a> {
-    const UNCERTAINTY: &UncertaintySettings = &UncertaintySettings {
-        scale_ppm: 0.0,
-        thickness_mm: 0.0,
-        system_mm: 0.0,
-        edge_offset_mm: 0.0,
-        edge_offset_u_mm: 0.0,
-    };
-    let cad_from_scan = CadFromScan::new(Isometry3::identity());
-    Local { part, face: part.face(side), scan, grid, cad_from_scan, uncertainty: UNCERTAINTY }
+    support::local(part, side, scan, grid, CadFromScan::new(Isometry3::identity()))
 }
 
 fn holes(

@@ -4,14 +4,14 @@
 //! Defects are made in simulated scans, by moving, taking away or adding points around one place. The usual run tries every defect at a
 //! part of the places in turn; `SHAPELINE_FULL_SWEEP=1` tries all of them at all places and prints what became of them.
 
-use crate::support::{conditioned, identity, inspect_scan, local, prepared};
-use shapeline::geometry::{CadFromScan, Point3, PointCloud, UnitVector3, Vector3};
+use crate::support::{conditioned, identity, inspect_scan, local, prepared, seen_from_above};
+use shapeline::geometry::{CadFromScan, Point3, UnitVector3, Vector3};
 use shapeline::inspect::Outcome;
 use shapeline::measure::{self, Local};
 use shapeline::part::Part;
 use shapeline::plan::{Geometry, Side};
 use shapeline::run::RunContext;
-use shapeline::scan::{BeltPlane, ConditionedScan, PointClass, PointGrid, Removed};
+use shapeline::scan::{BeltPlane, ConditionedScan, PointGrid};
 use shapeline::simulate::{
     BracketParameters, DisplacementField, PoseChoice, RigModel, Subject, SyntheticPart, bracket, simulate_scan,
 };
@@ -83,14 +83,8 @@ impl Scene {
     pub(crate) fn of(&self, place: &Place, points: impl Iterator<Item = [f64; 3]>) -> (ConditionedScan, PointGrid) {
         let scan_from_cad = self.cad_from_scan.scan_from_cad();
         let positions: Vec<Point3> = points.map(|p| scan_from_cad * place.cad(p)).collect();
-        let scan = ConditionedScan {
-            classes: vec![PointClass::Kept; positions.len()],
-            kept: (0..positions.len() as u32).collect(),
-            cloud: PointCloud { positions, ..PointCloud::default() },
-            removed: Removed::default(),
-            warnings: Vec::new(),
-            ..self.scan
-        };
+        let ConditionedScan { belt, belt_clearance_mm, to_camera, spacing_mm, .. } = self.scan;
+        let scan = ConditionedScan { belt, belt_clearance_mm, to_camera, ..seen_from_above(positions, spacing_mm) };
         let grid = PointGrid::build(&scan, (4.0 * scan.spacing_mm).max(1.0));
         (scan, grid)
     }

@@ -1,6 +1,6 @@
 //! What several themes need.
 
-use shapeline::geometry::{CadFromScan, PointCloud};
+use shapeline::geometry::{CadFromScan, Point3, PointCloud, Vector3};
 use shapeline::inspect::{Identity, Inspected, inspect};
 use shapeline::measure::Local;
 use shapeline::part::{Part, PartSettings};
@@ -54,6 +54,21 @@ pub fn conditioned(scan: SimulatedScan, rig: &RigModel) -> ConditionedScan {
         belt_clearance_mm: None,
         to_camera: Some(-rig.view_direction),
         spacing_mm: rig.density_per_mm2.sqrt().recip(),
+        warnings: Vec::new(),
+    }
+}
+
+/// Points of a sheet seen from above (z), all of them kept.
+pub fn seen_from_above(positions: Vec<Point3>, spacing_mm: f64) -> ConditionedScan {
+    ConditionedScan {
+        classes: vec![PointClass::Kept; positions.len()],
+        kept: (0..positions.len() as u32).collect(),
+        cloud: PointCloud { positions, ..PointCloud::default() },
+        removed: Removed::default(),
+        belt: None,
+        belt_clearance_mm: None,
+        to_camera: Some(Vector3::z_axis()),
+        spacing_mm,
         warnings: Vec::new(),
     }
 }

@@ -1,16 +1,16 @@
 //! The two ways of telling a surface point, on a dome whose points lie exactly on it: heights above the CAD know of its bend, a plane
 //! through the points does not.
 
-use crate::flat_plate::{Pattern, scatter};
-use crate::support::local;
+use crate::flat_plate::{Pattern, local, scatter};
+use crate::support::seen_from_above;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use shapeline::geometry::{CadFromScan, Isometry3, Mesh, Point3, PointCloud, UnitVector3, Vector3};
+use shapeline::geometry::{Mesh, Point3, UnitVector3, Vector3};
 use shapeline::measure::{Card, SurfaceFound, surface_with_card};
 use shapeline::part::{Part, PartSettings};
 use shapeline::plan::{CadSide, Side, SurfaceFit, SurfaceMethod};
 use shapeline::run::RunContext;
-use shapeline::scan::{ConditionedScan, PointClass, PointGrid, Removed};
+use shapeline::scan::{ConditionedScan, PointGrid};
 
 const RADIUS_MM: f64 = 100.0;
 /// The part stands this far above its CAD.
@@ -44,23 +44,13 @@ fn scan(density: f64) -> ConditionedScan {
     let places = scatter(Pattern::Lattice, density, &mut rng);
     let on_dome = places.iter().filter(|p| p[0].abs() < 29.0 && p[1].abs() < 29.0);
     let positions: Vec<Point3> = on_dome.map(|p| Point3::new(p[0], p[1], height_mm(p[0], p[1]) + RAISED_MM)).collect();
-    ConditionedScan {
-        classes: vec![PointClass::Kept; positions.len()],
-        kept: (0..positions.len() as u32).collect(),
-        cloud: PointCloud { positions, ..PointCloud::default() },
-        removed: Removed::default(),
-        belt: None,
-        belt_clearance_mm: None,
-        to_camera: Some(Vector3::z_axis()),
-        spacing_mm: density.sqrt().recip(),
-        warnings: Vec::new(),
-    }
+    seen_from_above(positions, density.sqrt().recip())
 }
 
 fn measured(how: &SurfaceFit, card: &mut Card) -> SurfaceFound {
     let (part, scan) = (dome(), scan(26.0));
     let grid = PointGrid::build(&scan, 1.0);
-    let local = local(&part, Side::Top, &scan, &grid, CadFromScan::new(Isometry3::identity()));
+    let local = local(&part, Side::Top, &scan, &grid);
     let up = UnitVector3::new_unchecked(Vector3::z());
     surface_with_card(&local, &Point3::origin(), &up, 3.0, how, card).expect("a dome without noise")
 }
