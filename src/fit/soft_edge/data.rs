@@ -48,6 +48,10 @@ pub fn apart_mm<O: Outline>(a: &O, b: &O, reach_mm: f64) -> f64 {
 
 /// Beyond this many tau a point counts as material or clutter for certain.
 pub const FAR: f64 = 6.5;
+/// Points whose density is looked at together.
+pub const LANES: usize = 8;
+/// The band is so much wider than that: some room to move and to blur, so that few states need a new one.
+const ROOM: f64 = 1.4;
 
 /// Points and their region, for states near one outline.
 pub struct Data<'a, O> {
@@ -58,8 +62,8 @@ pub struct Data<'a, O> {
     pub clutter: f64,
     /// Standard deviation of the prior on the density gradient; keeps it from imitating an edge.
     pub gradient_sigma: f64,
-    /// All points over the region's reach.
-    pub scaled: Vec<[f64; 2]>,
+    /// All points over the region's reach, u and v apart; filled up with zeros to a multiple of [`LANES`].
+    pub scaled: [Vec<f64>; 2],
     /// Those within the band about the outline, mm.
     pub near: Vec<[f64; 2]>,
     /// How many of the others lie in the void.
@@ -79,7 +83,13 @@ impl<'a, O: Outline> Data<'a, O> {
         state: &State<O>,
     ) -> Self {
         let scale = 1.0 / region.reach_mm;
-        let scaled = points.iter().map(|p| [p[0] * scale, p[1] * scale]).collect();
+        let filled = points.len().next_multiple_of(LANES);
+        let scaled = [0, 1].map(|axis| {
+            let mut all = Vec::with_capacity(filled);
+            all.extend(points.iter().map(|p| p[axis] * scale));
+            all.resize(filled, 0.0);
+            all
+        });
         let sorted_about = state.outline.clone();
         let near = Vec::with_capacity(points.len());
         let mut data =
@@ -93,9 +103,9 @@ impl<'a, O: Outline> Data<'a, O> {
         self.points.len() as f64
     }
 
-    /// Sorts the points anew where a state has come too far from the one they were sorted for.
+    /// Sorts the points anew where a state has come too far from the one they were sorted for, or the band has become much too wide.
     pub fn follow(&mut self, state: &State<O>) {
-        if !self.holds(state) {
+        if !self.holds(state) || self.band_mm > 1.5 * ROOM * FAR * state.tau_mm {
             self.sort(state);
         }
     }
@@ -106,8 +116,7 @@ impl<'a, O: Outline> Data<'a, O> {
     }
 
     fn sort(&mut self, state: &State<O>) {
-        // Some room to move and to blur, so that few states need a new band.
-        self.band_mm = 1.6 * FAR * state.tau_mm;
+        self.band_mm = ROOM * FAR * state.tau_mm;
         self.sorted_about = state.outline.clone();
         self.near.clear();
         self.far_in_void = 0;

@@ -27,7 +27,8 @@ pub struct SoftEdgeSettings {
     pub start_tau_mm: f64,
     /// Density gradient to start from, over the window's reach.
     pub start_gradient: [f64; 2],
-    /// The iteration has arrived when a step moves the outline by less than this, in spacings.
+    /// The iteration has arrived when a step moves the outline by less than this, in spacings; Newton's next step would be smaller by
+    /// far.
     pub tolerance: f64,
     /// Shape parameters kept at their start value, one flag each.
     pub fixed_shape: [bool; MAX_SHAPE],
@@ -43,7 +44,7 @@ impl SoftEdgeSettings {
             fixed_tau_mm: None,
             start_tau_mm: 0.5 * spacing_mm,
             start_gradient: [0.0; 2],
-            tolerance: 1e-3,
+            tolerance: 3e-3,
             fixed_shape: [false; MAX_SHAPE],
         }
     }
@@ -239,9 +240,9 @@ fn covered_share<O: Outline>(points: &[[f64; 2]], outline: &O, spacing_mm: f64) 
     let band_mm = 2.5 * spacing_mm;
     let sectors = ((outline.length_mm() / (1.6 * spacing_mm)) as usize).clamp(1, 36);
     let mut seen = vec![false; sectors];
-    let (distance, mut unused) = (outline.distances(), [0.0; MAX_SHAPE]);
+    let (distance, places, mut unused) = (outline.distances(), outline.places(), [0.0; MAX_SHAPE]);
     for p in points.iter().filter(|p| (-0.5 * spacing_mm..band_mm).contains(&distance(**p, &mut unused))) {
-        let along = outline.along(*p);
+        let along = places(*p);
         if (0.0..1.0).contains(&along) {
             seen[sector(along, sectors)] = true;
         }

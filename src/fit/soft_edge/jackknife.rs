@@ -140,12 +140,16 @@ fn shares<O: Outline>(estimate: &Estimate<O>) -> Vec<Share> {
     let mut shares = vec![empty; SECTORS];
     let outline = &estimate.state.outline;
     let layout = Layout::of(estimate);
-    let of_cell = |c: &Cell| if c.part > 0.0 { layout.sector(outline.along(c.place)) } else { 0 };
-    let sectors: Vec<usize> = estimate.raster.cells.iter().map(of_cell).collect();
-    add_points(estimate, &layout, &sectors, &mut shares);
+    let places = outline.places();
+    // What lies deep in the void says nothing of the outline, and by far the most squares of a large hole do.
+    let near_mm = FAR * estimate.state.tau_mm + estimate.raster.cell_mm;
+    let of_cell = |c: &Cell| (c.part > 0.0 && c.signed_mm > -near_mm).then(|| layout.sector(places(c.place)));
+    let sectors: Vec<Option<usize>> = estimate.raster.cells.iter().map(of_cell).collect();
+    add_points(estimate, &layout, &sectors, near_mm, &mut shares);
     add_area(estimate, &sectors, &mut shares);
-    let (area, by) = effective_area(estimate.region, estimate.clutter, estimate.state);
+    let (mut area, mut by) = effective_area(estimate.region, estimate.clutter, estimate.state);
     let density = estimate.points.len() as f64 / area;
+    take_void(estimate, &sectors, &mut area, &mut by);
     add_rim(estimate, &layout, density, &mut shares);
     balance(area, &by, density, &mut shares);
     for share in &mut shares {
@@ -158,16 +162,22 @@ fn shares<O: Outline>(estimate: &Estimate<O>) -> Vec<Share> {
     shares
 }
 
-fn add_points<O: Outline>(estimate: &Estimate<O>, layout: &Layout, sectors: &[usize], shares: &mut [Share]) {
+fn add_points<O: Outline>(
+    estimate: &Estimate<O>,
+    layout: &Layout,
+    sectors: &[Option<usize>],
+    near_mm: f64,
+    shares: &mut [Share],
+) {
     let Estimate { raster, state, clutter, region, .. } = estimate;
     let scale = 1.0 / region.reach_mm;
     let first = O::SHAPE + 1;
-    let near_mm = FAR * state.tau_mm + raster.cell_mm;
-    let (distance, mut ds) = (state.outline.distances(), [0.0; MAX_SHAPE]);
+    let (distance, places, mut ds) = (state.outline.distances(), state.outline.places(), [0.0; MAX_SHAPE]);
     for p in estimate.points {
         let k = raster.index(p);
+        let Some(own) = sectors[k] else { continue };
         let near = raster.cells[k].signed_mm.abs() < near_mm;
-        let share = &mut shares[if near { layout.sector(state.outline.along(*p)) } else { sectors[k] }];
+        let share = &mut shares[if near { layout.sector(places(*p)) } else { own }];
         share.points += 1.0;
         let x = [p[0] * scale, p[1] * scale];
         let inverse = 1.0 / (1.0 + state.gradient[0] * x[0] + state.gradient[1] * x[1]);
@@ -185,16 +195,14 @@ fn add_points<O: Outline>(estimate: &Estimate<O>, layout: &Layout, sectors: &[us
 }
 
 /// Weighted area and first moments of each sector, summed over the squares. Density is left at one: [`balance`] brings it in.
-fn add_area<O: Outline>(estimate: &Estimate<O>, sectors: &[usize], shares: &mut [Share]) {
+fn add_area<O: Outline>(estimate: &Estimate<O>, sectors: &[Option<usize>], shares: &mut [Share]) {
     let Estimate { raster, state, clutter, region, cut, .. } = estimate;
     let scale = 1.0 / region.reach_mm;
     let side_sq = raster.cell_mm * raster.cell_mm;
     let inverse = (state.tau_mm * state.tau_mm + side_sq / 12.0).sqrt().recip();
     for (k, cell) in raster.cells.iter().enumerate() {
-        if cell.part == 0.0 || cut.is_some_and(|c| c.cells[k]) {
-            continue;
-        }
-        let share = &mut shares[sectors[k]];
+        let Some(sector) = sectors[k].filter(|_| cut.is_none_or(|c| !c.cells[k])) else { continue };
+        let share = &mut shares[sector];
         let presence = clutter + (1.0 - clutter) * distribution(cell.signed_mm * inverse);
         let x = [cell.place[0] * scale, cell.place[1] * scale];
         let area = cell.part * side_sq * presence;
@@ -203,6 +211,24 @@ fn add_area<O: Outline>(estimate: &Estimate<O>, sectors: &[usize], shares: &mut 
             share.expected_by[O::SHAPE + 1 + a] += area * x[a];
         }
     }
+}
+
+/// Takes the clutter's area deep in the void out of the whole, and out of its derivatives.
+fn take_void<O: Outline>(estimate: &Estimate<O>, sectors: &[Option<usize>], area: &mut f64, by: &mut Slope) {
+    let Estimate { raster, state, clutter, region, cut, .. } = estimate;
+    let scale = 1.0 / region.reach_mm;
+    let mut moments = [0.0; 3];
+    for (k, cell) in raster.cells.iter().enumerate() {
+        if cell.part > 0.0 && sectors[k].is_none() && cut.is_none_or(|c| !c.cells[k]) {
+            moments[0] += cell.part;
+            moments[1] += cell.part * cell.place[0] * scale;
+            moments[2] += cell.part * cell.place[1] * scale;
+        }
+    }
+    let [whole, u, v] = moments.map(|m| m * clutter * raster.cell_mm * raster.cell_mm);
+    *area -= whole + state.gradient[0] * u + state.gradient[1] * v;
+    by[O::SHAPE + 1] -= u;
+    by[O::SHAPE + 2] -= v;
 }
 
 /// How the area changes with the outline, `density` points per mm² of material at the origin: integrals along each sector's part of it, the blur's width across it having mean zero.

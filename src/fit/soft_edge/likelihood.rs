@@ -2,7 +2,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "rows and columns of one small matrix are addressed by number")]
 
-use super::data::{Data, FAR, Region};
+use super::data::{Data, FAR, LANES, Region};
 use super::normal::distribution_and_density;
 use super::outline::{MAX_SHAPE, Moments, Outline};
 
@@ -88,12 +88,7 @@ pub fn evaluate<O: Outline>(data: &Data<O>, state: &State<O>) -> Option<Evaluati
     let mut logarithms = LogSum::default();
     let mut out = Evaluation { value: 0.0, slope: [0.0; MAX_ALL], curvature: [[0.0; MAX_ALL]; MAX_ALL] };
     add_density(data, state, &mut logarithms, &mut out)?;
-    let distance = state.outline.distances();
-    for p in &data.near {
-        let mut ds = [0.0; MAX_SHAPE];
-        let s = distance(*p, &mut ds);
-        logarithms.add(add_presence::<O>(s, &ds, state.tau_mm, data.clutter, &mut out.slope, &mut out.curvature));
-    }
+    add_near(data, state, &mut logarithms, &mut out);
     for a in 1..all {
         for b in 0..a {
             out.curvature[a][b] = out.curvature[b][a];
@@ -113,6 +108,38 @@ pub fn evaluate<O: Outline>(data: &Data<O>, state: &State<O>) -> Option<Evaluati
     Some(out)
 }
 
+/// Densities multiplied before a logarithm is taken: 0.02 to the 16th is far above the smallest number.
+const BLOCK: usize = 16;
+
+/// Sums over points of what the density's logarithm has for derivatives.
+#[derive(Clone, Copy, Default)]
+struct DensitySums {
+    su: f64,
+    sv: f64,
+    uu: f64,
+    uv: f64,
+    vv: f64,
+}
+
+impl DensitySums {
+    #[inline]
+    fn add(&mut self, u: f64, v: f64) {
+        self.su += u;
+        self.sv += v;
+        self.uu += u * u;
+        self.uv += u * v;
+        self.vv += v * v;
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.su += other.su;
+        self.sv += other.sv;
+        self.uu += other.uu;
+        self.uv += other.uv;
+        self.vv += other.vv;
+    }
+}
+
 /// The share of `1 + g.x` in the likelihood.
 fn add_density<O: Outline>(
     data: &Data<O>,
@@ -121,26 +148,27 @@ fn add_density<O: Outline>(
     out: &mut Evaluation,
 ) -> Option<()> {
     let [gu, gv] = state.gradient;
-    let (mut su, mut sv, mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for block in data.scaled.chunks(16) {
-        let (mut least, mut product) = (f64::INFINITY, 1.0);
-        for [u, v] in block {
-            let density = 1.0 + gu * u + gv * v;
-            least = f64::min(least, density);
-            product *= density;
-            let inverse = 1.0 / density;
-            let (wu, wv) = (u * inverse, v * inverse);
-            su += wu;
-            sv += wv;
-            uu += wu * wu;
-            uv += wu * wv;
-            vv += wv * wv;
+    let mut lanes = [DensitySums::default(); LANES];
+    let (us, vs) = (data.scaled[0].chunks_exact(BLOCK * LANES), data.scaled[1].chunks_exact(BLOCK * LANES));
+    let rest = (us.remainder(), vs.remainder());
+    for (us, vs) in us.zip(vs).chain(std::iter::once(rest)) {
+        let (mut least, mut product) = ([f64::INFINITY; LANES], [1.0; LANES]);
+        for (us, vs) in us.chunks_exact(LANES).zip(vs.chunks_exact(LANES)) {
+            for k in 0..LANES {
+                let density = 1.0 + gu * us[k] + gv * vs[k];
+                least[k] = if density < least[k] { density } else { least[k] };
+                product[k] *= density;
+                lanes[k].add(us[k] / density, vs[k] / density);
+            }
         }
-        if least <= LEAST_DENSITY {
+        if least.iter().any(|least| *least <= LEAST_DENSITY) {
             return None;
         }
-        logarithms.add(product);
+        product.iter().for_each(|product| logarithms.add(*product));
     }
+    let mut sums = DensitySums::default();
+    lanes.iter().for_each(|lane| sums.join(lane));
+    let DensitySums { su, sv, uu, uv, vv } = sums;
     let first = O::SHAPE + 1;
     out.slope[first] += su;
     out.slope[first + 1] += sv;
@@ -148,6 +176,63 @@ fn add_density<O: Outline>(
     out.curvature[first][first + 1] += uv;
     out.curvature[first + 1][first + 1] += vv;
     Some(())
+}
+
+/// What the points near the outline say of shape and blur (upper triangle of the curvature): a lane of points at a time, as
+/// [`add_presence`] does one by one.
+fn add_near<O: Outline>(data: &Data<O>, state: &State<O>, logarithms: &mut LogSum, out: &mut Evaluation) {
+    let (shape, inverse_tau, present) = (O::SHAPE, 1.0 / state.tau_mm, 1.0 - data.clutter);
+    let (distance, mut ds) = (state.outline.distances(), [0.0; MAX_SHAPE]);
+    let lanes = data.near.chunks_exact(LANES);
+    let rest = lanes.remainder();
+    let mut blur = [0.0; MAX_SHAPE + 1];
+    for points in lanes {
+        let (mut z, mut dz) = ([0.0; LANES], [[0.0; LANES]; MAX_SHAPE + 1]);
+        for l in 0..LANES {
+            z[l] = distance(points[l], &mut ds) * inverse_tau;
+            for k in 0..shape {
+                dz[k][l] = ds[k] * inverse_tau;
+            }
+            dz[shape][l] = -z[l]; // by ln tau
+        }
+        let (mut m, mut bend, mut product) = ([0.0; LANES], [0.0; LANES], 1.0);
+        for l in 0..LANES {
+            let (phi, d) = distribution_and_density(z[l]);
+            let presence = data.clutter + present * phi;
+            m[l] = present * d / presence;
+            bend[l] = m[l] * (z[l] + m[l]);
+            product *= presence;
+        }
+        logarithms.add(product);
+        for a in 0..=shape {
+            let slope = dot(&m, &dz[a]);
+            out.slope[a] += slope;
+            blur[a] += slope;
+            let row: [f64; LANES] = std::array::from_fn(|l| bend[l] * dz[a][l]);
+            for b in a..=shape {
+                out.curvature[a][b] += dot(&row, &dz[b]);
+            }
+        }
+    }
+    // Second derivatives of z by ln tau.
+    for a in 0..=shape {
+        out.curvature[a][shape] += blur[a];
+    }
+    for p in rest {
+        let s = distance(*p, &mut ds);
+        logarithms.add(add_presence::<O>(s, &ds, state.tau_mm, data.clutter, &mut out.slope, &mut out.curvature));
+    }
+}
+
+/// Sum of products, two sums side by side, which the processor adds at once.
+#[inline]
+fn dot(a: &[f64; LANES], b: &[f64; LANES]) -> f64 {
+    let mut sums = [0.0; 2];
+    for l in (0..LANES).step_by(2) {
+        sums[0] += a[l] * b[l];
+        sums[1] += a[l + 1] * b[l + 1];
+    }
+    sums[0] + sums[1]
 }
 
 /// Adds what one point near the outline, its signed distance and derivatives given, says of shape and blur (upper triangle of the

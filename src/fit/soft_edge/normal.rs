@@ -13,22 +13,35 @@ pub fn density(z: f64) -> f64 {
     INV_SQRT_2_PI * (-0.5 * z * z).exp()
 }
 
-/// Distribution function and density at `z`. The former by cubic Hermite interpolation between tabulated values with the
-/// known slopes: absolute error below 1e-10, and continuous with its first derivative, which line searches need.
+/// Distribution function and density at `z`: cubic Hermite interpolation of the former between tabulated values with the known
+/// slopes, and its own derivative, so that a line search meets no step. Absolute errors below 1e-10 and 2e-8.
 #[inline]
 pub fn distribution_and_density(z: f64) -> (f64, f64) {
-    (distribution(z), if z.abs() < REACH { density(z) } else { 0.0 })
+    if z.abs() >= REACH {
+        return (if z > 0.0 { 1.0 } else { 0.0 }, 0.0);
+    }
+    let Cubic { t, start, slope, square, cube } = cubic_at(z);
+    (start + t * (slope + t * (square + t * cube)), STEPS * (slope + t * (2.0 * square + t * 3.0 * cube)))
 }
 
 /// The distribution function of [`distribution_and_density`] alone.
 #[inline]
 pub fn distribution(z: f64) -> f64 {
-    if z >= REACH {
-        return 1.0;
-    }
-    if z <= -REACH {
-        return 0.0;
-    }
+    distribution_and_density(z).0
+}
+
+/// A piece of the interpolation: `start + slope t + square t² + cube t³`, t from 0 to 1 over a step of the table.
+struct Cubic {
+    t: f64,
+    start: f64,
+    slope: f64,
+    square: f64,
+    cube: f64,
+}
+
+/// The piece around `z`, which lies within the table.
+#[inline]
+fn cubic_at(z: f64) -> Cubic {
     static TABLE: OnceLock<Vec<(f64, f64)>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
         let steps = (2.0 * REACH * STEPS) as usize;
@@ -39,10 +52,15 @@ pub fn distribution(z: f64) -> f64 {
     });
     let position = (z + REACH) * STEPS;
     let cell = position as usize;
-    let t = position - cell as f64;
     let ((f0, d0), (f1, d1)) = (table[cell], table[cell + 1]);
     let rise = f1 - f0;
-    f0 + t * (d0 + t * (3.0 * rise - 2.0 * d0 - d1 + t * (d0 + d1 - 2.0 * rise)))
+    Cubic {
+        t: position - cell as f64,
+        start: f0,
+        slope: d0,
+        square: 3.0 * rise - 2.0 * d0 - d1,
+        cube: d0 + d1 - 2.0 * rise,
+    }
 }
 
 /// Distribution function by its power series about 0 (`1/2 + density(z) * sum z^(2n+1) / (1*3*5...(2n+1))`), good to
@@ -85,7 +103,10 @@ mod tests {
     fn table_agrees_with_the_series() {
         for i in -5000..5000 {
             let z = f64::from(i) * 0.001_61 + 0.000_7;
-            assert!((distribution_and_density(z).0 - distribution_by_series(z).clamp(0.0, 1.0)).abs() < 1e-10, "{z}");
+            let (phi, d) = distribution_and_density(z);
+            assert!((phi - distribution_by_series(z).clamp(0.0, 1.0)).abs() < 1e-10, "{z}");
+            // A cubic's slope is off by step³ / 125 of the fourth derivative, 1.4 at most.
+            assert!((d - density(z)).abs() < 5e-8, "{z}: {d}");
         }
         assert_eq!(distribution_and_density(30.0), (1.0, 0.0));
         assert_eq!(distribution_and_density(-30.0), (0.0, 0.0));

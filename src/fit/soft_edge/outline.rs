@@ -44,8 +44,14 @@ pub trait Outline: Clone {
     /// The shape parameters.
     fn parameters(&self) -> [f64; MAX_SHAPE];
 
-    /// Where along the outline a place lies, 0..1 of its length.
-    fn along(&self, place: [f64; 2]) -> f64;
+    /// A function that tells where along the outline a place lies, 0..1 of its length. What is the same for all places is computed
+    /// once.
+    fn places(&self) -> impl Fn([f64; 2]) -> f64;
+
+    /// Where along the outline a single place lies, as [`Outline::places`] tells it.
+    fn along(&self, place: [f64; 2]) -> f64 {
+        self.places()(place)
+    }
 
     /// The place on the outline at that share (0..1) of its length.
     fn place_at(&self, along: f64) -> [f64; 2];
@@ -109,8 +115,10 @@ impl Outline for Circle {
         [self.centre[0], self.centre[1], self.radius, 0.0, 0.0]
     }
 
-    fn along(&self, place: [f64; 2]) -> f64 {
-        turn_share(f64::atan2(place[1] - self.centre[1], place[0] - self.centre[0]) / TAU)
+    #[inline]
+    fn places(&self) -> impl Fn([f64; 2]) -> f64 {
+        let [u, v] = self.centre;
+        move |place| turn_share(quick_angle(place[1] - v, place[0] - u) / TAU)
     }
 
     fn place_at(&self, along: f64) -> [f64; 2] {
@@ -162,9 +170,17 @@ impl Slot {
 
     /// Place in the slot's own frame: along and across the long axis.
     pub fn own_frame(&self, place: [f64; 2]) -> [f64; 2] {
-        let (x, y) = (place[0] - self.centre[0], place[1] - self.centre[1]);
-        let (sin, cos) = self.angle.sin_cos();
-        [x * cos + y * sin, y * cos - x * sin]
+        self.own_frames()(place)
+    }
+
+    /// The function that tells places in the slot's own frame.
+    #[inline]
+    fn own_frames(&self) -> impl Fn([f64; 2]) -> [f64; 2] + use<> {
+        let (centre, (sin, cos)) = (self.centre, self.angle.sin_cos());
+        move |place| {
+            let (x, y) = (place[0] - centre[0], place[1] - centre[1]);
+            [x * cos + y * sin, y * cos - x * sin]
+        }
     }
 }
 
@@ -215,19 +231,23 @@ impl Outline for Slot {
         [self.centre[0], self.centre[1], self.angle, self.half_straight, self.radius]
     }
 
-    fn along(&self, place: [f64; 2]) -> f64 {
+    #[inline]
+    fn places(&self) -> impl Fn([f64; 2]) -> f64 {
+        let (own, l, r) = (self.own_frames(), self.half_straight, self.radius);
+        let (arc, length) = (PI * r, TAU * r + 4.0 * l);
         // Counter-clockwise from the middle of the right-hand end: half an arc, the upper side, an arc, the lower side, half an arc.
-        let [x, y] = self.own_frame(place);
-        let (l, arc) = (self.half_straight, PI * self.radius);
-        let from_start = if x.abs() <= l {
-            if y >= 0.0 { 0.5 * arc + (l - x) } else { 1.5 * arc + 2.0 * l + (x + l) }
-        } else if x > l {
-            y.atan2(x - l) * self.radius
-        } else {
-            // Turned by half a turn: the left-hand end seen as a right-hand one.
-            (-y).atan2(-x - l) * self.radius + arc + 2.0 * l
-        };
-        turn_share(from_start / (TAU * self.radius + 4.0 * self.half_straight))
+        move |place| {
+            let [x, y] = own(place);
+            let from_start = if x.abs() <= l {
+                if y >= 0.0 { 0.5 * arc + (l - x) } else { 1.5 * arc + 2.0 * l + (x + l) }
+            } else if x > l {
+                quick_angle(y, x - l) * r
+            } else {
+                // Turned by half a turn: the left-hand end seen as a right-hand one.
+                quick_angle(-y, -x - l) * r + arc + 2.0 * l
+            };
+            turn_share(from_start / length)
+        }
     }
 
     fn place_at(&self, along: f64) -> [f64; 2] {
@@ -328,8 +348,10 @@ impl Outline for Edge {
         [u, self.offset + self.slope * u]
     }
 
-    fn along(&self, place: [f64; 2]) -> f64 {
-        (place[0] - self.along[0]) / (self.along[1] - self.along[0])
+    #[inline]
+    fn places(&self) -> impl Fn([f64; 2]) -> f64 {
+        let [from, to] = self.along;
+        move |place| (place[0] - from) / (to - from)
     }
 
     fn length_mm(&self) -> f64 {
@@ -359,6 +381,32 @@ fn turn_share(turns: f64) -> f64 {
     } else {
         turns
     }
+}
+
+/// `y.atan2(x)` to 4e-8 rad, by a polynomial in the smaller over the larger.
+#[inline]
+fn quick_angle(y: f64, x: f64) -> f64 {
+    // Minimax fit of atan(t) / t over 0..1, powers of t² from the highest.
+    const POWERS: [f64; 8] = [
+        -0.004_054_567,
+        0.021_862_957,
+        -0.055_912_328,
+        0.096_421_977,
+        -0.139_086_298,
+        0.199_465_658,
+        -0.333_298_608,
+        0.999_999_336,
+    ];
+    let (wide, high) = (x.abs(), y.abs());
+    let larger = wide.max(high);
+    if larger == 0.0 {
+        return 0.0;
+    }
+    let t = wide.min(high) / larger;
+    let octant = t * POWERS.iter().fold(0.0, |sum, c| sum * (t * t) + c);
+    let quadrant = if high > wide { 0.5 * PI - octant } else { octant };
+    let half = if x < 0.0 { PI - quadrant } else { quadrant };
+    if y < 0.0 { -half } else { half }
 }
 
 fn about_centre(area: f64, centre: [f64; 2]) -> Moments {

@@ -10,6 +10,7 @@ pub struct Raster {
     /// Squares in a row.
     pub columns: usize,
     low: [f64; 2],
+    per_mm: f64,
     /// All squares.
     pub cells: Vec<Cell>,
 }
@@ -50,16 +51,19 @@ impl Raster {
         for j in 0..rows {
             let own = &stretches[j * SUB_ROWS..(j + 1) * SUB_ROWS];
             let v = v0 + (j as f64 + 0.5) * cell_mm;
+            let inner = own.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |i, s| [i[0].max(s[0]), i[1].min(s[1])]);
             for i in 0..columns {
                 let from = u0 + i as f64 * cell_mm;
                 let overlap = |s: &[f64; 2]| (s[1].min(from + cell_mm) - s[0].max(from)).max(0.0);
-                let part = own.iter().map(overlap).sum::<f64>() / (SUB_ROWS as f64 * cell_mm);
+                let is_inside = from >= inner[0] && from + cell_mm <= inner[1];
+                let part =
+                    if is_inside { 1.0 } else { own.iter().map(overlap).sum::<f64>() / (SUB_ROWS as f64 * cell_mm) };
                 let place = [from + 0.5 * cell_mm, v];
                 let signed_mm = if part > 0.0 { distance(place, &mut unused) } else { f64::INFINITY };
                 cells.push(Cell { place, part, signed_mm, points: 0 });
             }
         }
-        let mut raster = Self { cell_mm, columns, low: [u0, v0], cells };
+        let mut raster = Self { cell_mm, columns, low: [u0, v0], per_mm: cell_mm.recip(), cells };
         for p in points {
             let k = raster.index(p);
             raster.cells[k].points += 1;
@@ -71,7 +75,7 @@ impl Raster {
     pub fn index(&self, place: &[f64; 2]) -> usize {
         let rows = self.cells.len() / self.columns;
         let number = |axis: usize, count: usize| {
-            let steps = (place[axis] - self.low[axis]) / self.cell_mm;
+            let steps = (place[axis] - self.low[axis]) * self.per_mm;
             (steps.max(0.0) as usize).min(count - 1)
         };
         number(1, rows) * self.columns + number(0, self.columns)

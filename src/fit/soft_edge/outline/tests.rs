@@ -96,7 +96,8 @@ fn check_places<O: Outline>(outline: &O) {
         let along = (f64::from(k) + 0.5) / 40.0;
         let place = outline.place_at(along);
         assert!(outline.signed_mm(place, &mut [0.0; MAX_SHAPE]).abs() < 1e-12, "{along}: {place:?}");
-        assert!((outline.along(place) - along).abs() < 1e-12, "{along}: {place:?}");
+        // An angle is told to 4e-8 rad.
+        assert!((outline.along(place) - along).abs() < 1e-8, "{along}: {place:?}");
     }
 }
 
@@ -112,4 +113,16 @@ fn edge_distance_and_area() {
     let edge = Edge { offset: 0.4, slope: 0.05, along: [-2.0, 1.5], outer_mm: 4.0 };
     check_distance_derivatives(&edge);
     check_void(&edge, [-2.0, 1.5], [-5.0, 4.0], 0.3);
+}
+
+#[test]
+fn the_quick_angle_is_that_of_the_library() {
+    for k in 0..4000 {
+        let (sin, cos) = (f64::from(k) * 0.001_6 - 3.2).sin_cos();
+        for size in [1e-9, 1.0, 30.0] {
+            let (y, x) = (size * sin, size * cos);
+            assert!((super::quick_angle(y, x) - y.atan2(x)).abs() < 5e-8, "{y} {x}");
+        }
+    }
+    assert_eq!(super::quick_angle(0.0, 0.0), 0.0);
 }
