@@ -81,15 +81,17 @@ impl Caster {
         }
         let inverse = direction.map(|d| 1.0 / d);
         let mut limit = max_t;
-        let mut stack = [0u32; 64];
+        // Nodes that the ray enters, and where.
+        let mut stack = [(0_u32, 0.0); 64];
+        stack[0].1 = entry(&self.nodes[0], origin, &inverse, limit);
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
-            let at = stack[depth];
-            let node = &self.nodes[at as usize];
-            if entry(node, origin, &inverse, limit).is_none_or(|t| t > limit) {
+            let (at, enters) = stack[depth];
+            if enters > limit || enters == f64::INFINITY {
                 continue;
             }
+            let node = &self.nodes[at as usize];
             if node.count > 0 {
                 for k in node.start..node.start + node.count {
                     if let Some(t) = meet(&self.triangles[k as usize], origin, direction)
@@ -101,13 +103,15 @@ impl Caster {
                 }
                 continue;
             }
-            let (left, right) = (at + 1, node.start);
-            let near_first = entry(&self.nodes[left as usize], origin, &inverse, limit).unwrap_or(f64::INFINITY)
-                <= entry(&self.nodes[right as usize], origin, &inverse, limit).unwrap_or(f64::INFINITY);
-            let (first, second) = if near_first { (left, right) } else { (right, left) };
-            stack[depth] = second;
-            stack[depth + 1] = first;
-            depth += 2;
+            let [left, right] =
+                [at + 1, node.start].map(|k| (k, entry(&self.nodes[k as usize], origin, &inverse, limit)));
+            let (first, second) = if left.1 <= right.1 { (left, right) } else { (right, left) };
+            for child in [second, first] {
+                if child.1 < f64::INFINITY {
+                    stack[depth] = child;
+                    depth += 1;
+                }
+            }
         }
     }
 }
@@ -142,16 +146,18 @@ fn split(
     split(nodes, order, first + half, count - half, corners, middles);
 }
 
-/// Where the ray enters the box; `None` when it misses it. A direction along a face gives infinities or NaN, which the
-/// minima and maxima pass over.
-fn entry(node: &Node, origin: &Point3, inverse: &Vector3, limit: f64) -> Option<f64> {
+/// Where the ray enters the box; infinite when it misses it. A direction along a face gives infinities or NaN, which the comparisons
+/// pass over.
+#[inline]
+fn entry(node: &Node, origin: &Point3, inverse: &Vector3, limit: f64) -> f64 {
     let (mut from, mut to) = (f64::NEG_INFINITY, limit);
     for k in 0..3 {
         let (a, b) = ((node.min[k] - origin[k]) * inverse[k], (node.max[k] - origin[k]) * inverse[k]);
-        from = from.max(a.min(b));
-        to = to.min(a.max(b));
+        let (low, high) = if inverse[k] >= 0.0 { (a, b) } else { (b, a) };
+        from = if low > from { low } else { from };
+        to = if high < to { high } else { to };
     }
-    (to >= from && to >= 0.0).then_some(from)
+    if to >= from && to >= 0.0 { from } else { f64::INFINITY }
 }
 
 /// Distance along the ray to the triangle, from the ratios of volumes.
