@@ -12,9 +12,12 @@ use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector6};
 
 /// What is stated of them, for a part of which one face was seen.
 #[derive(Clone, Copy)]
-pub(super) struct Common<'a> {
+pub struct Common<'a> {
+    /// The CAD.
     pub part: &'a Part,
+    /// Its face that is seen.
     pub face: &'a Face,
+    /// What is stated.
     pub settings: &'a UncertaintySettings,
 }
 
@@ -23,7 +26,7 @@ const HELD_BY_RIMS: f64 = 1e-4;
 
 impl Common<'_> {
     /// Tells each datum how far these errors displace it, k = 1.
-    pub fn displace(&self, values: &mut [DatumValue], features: &[Feature]) {
+    pub(super) fn displace(&self, values: &mut [DatumValue], features: &[Feature]) {
         let UncertaintySettings { thickness_mm, scale_ppm, .. } = *self.settings;
         let about = self.part.bounds.centre();
         for value in values {

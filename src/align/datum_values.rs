@@ -1,5 +1,6 @@
 //! What the datum features tell, how well they tell it, and what their errors do to the part.
 
+use super::common::Common;
 use super::datum::{DatumError, solve};
 use super::pose::{PoseUncertainty, Source};
 use crate::geometry::{Point3, UnitVector3, Vector3};
@@ -168,20 +169,25 @@ pub(super) fn pose_uncertainty(
 }
 
 /// The uncertainty of the pose to expect before anything is measured: every datum at its nominal place, off by the errors that
-/// `expected` tells for it.
+/// `expected` tells for it, and all together by what is `common` to them.
 ///
 /// # Errors
 /// The datums do not hold the part.
 pub fn expected_pose_uncertainty(
     datums: Datums,
     expected: impl Fn(&Geometry) -> DatumErrors,
+    common: Option<Common>,
 ) -> Result<PoseUncertainty, DatumError> {
     let value = |index: usize| {
         let feature = &datums.features[index];
         DatumValue::nominal(index, feature, expected(&feature.geometry))
     };
-    let values: Vec<DatumValue> = datum_indices(datums.method).into_iter().map(value).collect();
-    pose_uncertainty(datums, &values, Point3::origin())
+    let mut values: Vec<DatumValue> = datum_indices(datums.method).into_iter().map(value).collect();
+    let about = common.map_or_else(Point3::origin, |common| common.part.bounds.centre());
+    if let Some(common) = common {
+        common.displace(&mut values, datums.features);
+    }
+    pose_uncertainty(datums, &values, about)
 }
 
 #[cfg(test)]
@@ -234,7 +240,7 @@ mod tests {
             },
             _ => DatumErrors::default(),
         };
-        let pose = expected_pose_uncertainty(datums(&plan), errors).unwrap();
+        let pose = expected_pose_uncertainty(datums(&plan), errors, None).unwrap();
         let [Geometry::Hole { centre, .. }, Geometry::Slot { axis, direction, .. }, ..] =
             [0, 1].map(|k| &plan.features[k].geometry)
         else {
@@ -253,7 +259,7 @@ mod tests {
         let plan = plan(SlotReading::CentreLine);
         let settings = UncertaintySettings { system_mm: 0.03, ..UncertaintySettings::default() };
         let errors = |geometry: &Geometry| DatumErrors::default().with_settings(geometry, &settings);
-        let pose = expected_pose_uncertainty(datums(&plan), errors).unwrap();
+        let pose = expected_pose_uncertainty(datums(&plan), errors, None).unwrap();
         let [hole, slot] = [0, 1].map(|k| plan.features[k].geometry.position());
         let along = (slot - hole).normalize();
         let across = along.cross(&plan.features[0].geometry.sheet_normal()).normalize();
@@ -266,7 +272,7 @@ mod tests {
         let far = hole + (slot - hole) * 2.0;
         assert!((pose.at(&far, &across) - 0.03 * 5_f64.sqrt()).abs() < 1e-4, "{}", pose.at(&far, &across));
         let axis = self::plan(SlotReading::Axis);
-        let pose = expected_pose_uncertainty(datums(&axis), errors).unwrap();
+        let pose = expected_pose_uncertainty(datums(&axis), errors, None).unwrap();
         let Geometry::Slot { direction, length_mm, width_mm, axis, .. } = &axis.features[1].geometry else {
             panic!("S1 is second")
         };
@@ -317,7 +323,7 @@ mod tests {
         let datums = Datums { method: &method, features: &features, length_mm: 200.0 };
         let settings = UncertaintySettings { edge_offset_u_mm: 0.05, ..UncertaintySettings::default() };
         let errors = |geometry: &Geometry| DatumErrors::default().with_settings(geometry, &settings);
-        let pose = expected_pose_uncertainty(datums, errors).unwrap();
+        let pose = expected_pose_uncertainty(datums, errors, None).unwrap();
         let opposite = Point3::new(100.0, 100.0, 0.0);
         assert!((pose.at(&opposite, &Vector3::y()) - 0.05).abs() < 1e-5, "{}", pose.at(&opposite, &Vector3::y()));
         let with_own = pose.edge_offset_mm(&opposite, &Vector3::y(), 0.05);

@@ -26,6 +26,7 @@ mod template;
 mod view;
 
 pub use best_fit::{BEST_FIT_POINTS, best_fit};
+pub use common::Common;
 pub use datum_values::{DatumErrors, Datums, expected_pose_uncertainty};
 pub use fit_uncertainty::expected_best_fit;
 pub use in_view::{InView, find_part};

@@ -2,11 +2,12 @@
 //! pushed through the alignment itself.
 
 use crate::align::{
-    BEST_FIT_POINTS, DatumErrors, Datums, PoseUncertainty, REGION_POINTS, expected_best_fit, expected_pose_uncertainty,
-    expected_region_fit,
+    BEST_FIT_POINTS, Common, DatumErrors, Datums, PoseUncertainty, REGION_POINTS, expected_best_fit,
+    expected_pose_uncertainty, expected_region_fit,
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{UnitVector3, Vector3, decompose};
+use crate::measure::Reading;
 use crate::part::Part;
 use crate::plan::expected::{Expected, OpeningStd};
 use crate::plan::{
@@ -40,6 +41,8 @@ pub struct ExpectedU {
     pub point_mm: f64,
     /// What the alignment owes.
     pub pose_mm: f64,
+    /// What the sheet's thickness (on the side where that shows more) and the scale owe, at the point and through the alignment.
+    pub common_mm: f64,
 }
 
 impl<'a> Outlook<'a> {
@@ -59,7 +62,7 @@ impl<'a> Outlook<'a> {
     /// What the pose's error will do to each comparison point along its direction, mm (standard deviation); `None` where the
     /// datums do not hold the part, and for a best fit to a CAD that is not known, or whose surface does not hold the part by itself.
     pub fn pose_errors_mm(&self) -> Option<Vec<f64>> {
-        let pose = pose(self, self.method)?;
+        let pose = pose(self, self.method, Side::Top)?;
         Some(self.comparison.iter().map(|point| error_mm(&pose, &point.geometry)).collect())
     }
 
@@ -70,16 +73,17 @@ impl<'a> Outlook<'a> {
     }
 
     /// The same with its parts: the datums through the pose (a best fit to a CAD that is not known owes next to nothing), the point's
-    /// own fit, the measuring system and the edges' offset. What it leaves out (shadows, scale, thickness seen from the other
-    /// side) only adds to it.
+    /// own fit, the measuring system and the edges' offset, and, of a CAD that is known, thickness and scale. What it leaves out
+    /// (shadows, points seen at a slant) only adds to it.
     pub fn expected(&self) -> Option<Vec<ExpectedU>> {
         let pose_mm = match (self.method, self.part) {
             (AlignmentMethod::BestFit | AlignmentMethod::Regions(_), None) => vec![0.0; self.comparison.len()],
             _ => self.pose_errors_mm()?,
         };
+        let common_mm = self.common_mm();
         let expected = Expected::of(self.rig);
         let UncertaintySettings { system_mm, edge_offset_u_mm, .. } = self.uncertainty;
-        let one = |(point, pose_mm): (&ComparisonPoint, f64)| {
+        let one = |((point, pose_mm), common_mm): ((&ComparisonPoint, f64), f64)| {
             let own_mm = match &point.geometry {
                 Geometry::Surface { .. } => expected.surface_mm(),
                 Geometry::Edge { .. } => expected.edge_mm().hypot(edge_offset_u_mm),
@@ -87,10 +91,52 @@ impl<'a> Outlook<'a> {
                 Geometry::Slot { length_mm, width_mm, .. } => expected.opening(*length_mm, *width_mm).along_mm,
             };
             let point_mm = 2.0 * own_mm.hypot(system_mm);
-            let pose_mm = 2.0 * pose_mm;
-            ExpectedU { u_mm: point_mm.hypot(pose_mm), point_mm, pose_mm }
+            let (pose_mm, common_mm) = (2.0 * pose_mm, 2.0 * common_mm);
+            ExpectedU { u_mm: point_mm.hypot(pose_mm).hypot(common_mm), point_mm, pose_mm, common_mm }
         };
-        Some(self.comparison.iter().zip(pose_mm).map(one).collect())
+        Some(self.comparison.iter().zip(pose_mm).zip(common_mm).map(one).collect())
+    }
+
+    /// What thickness and scale do to each comparison point, mm (k = 1), seen from the side where that is more. Nothing where the CAD is
+    /// not known.
+    fn common_mm(&self) -> Vec<f64> {
+        let nothing = vec![0.0; self.comparison.len()];
+        let Some(part) = self.part else { return nothing };
+        [Side::Top, Side::Bottom].into_iter().fold(nothing, |most, side| {
+            let Some(pose) = pose(self, self.method, side) else { return most };
+            let seen = Seen { part, side, pose: &pose, settings: &self.uncertainty };
+            most.iter().zip(self.comparison).map(|(most, point)| most.max(seen.common_mm(&point.geometry))).collect()
+        })
+    }
+}
+
+/// A part of which one side is seen, in a pose of which something is known.
+struct Seen<'a> {
+    part: &'a Part,
+    side: Side,
+    pose: &'a PoseUncertainty,
+    settings: &'a UncertaintySettings,
+}
+
+impl Seen<'_> {
+    /// What thickness and scale do to a point along its direction, mm (k = 1); of a hole that has none by how much its centre is off
+    /// in the sheet.
+    fn common_mm(&self, geometry: &Geometry) -> f64 {
+        let place = geometry.position();
+        let reading = Reading::of(self.part, self.part.face(self.side), geometry);
+        let UncertaintySettings { thickness_mm, scale_ppm, .. } = *self.settings;
+        let told = |by: Vector3| {
+            let by = reading.of_displacement(&by);
+            match geometry {
+                Geometry::Surface { direction, .. }
+                | Geometry::Edge { direction, .. }
+                | Geometry::Slot { direction, .. }
+                | Geometry::Hole { direction: Some(direction), .. } => by.dot(direction),
+                Geometry::Hole { axis, direction: None, .. } => (by - axis.into_inner() * by.dot(axis)).norm(),
+            }
+        };
+        let thickness = told(reading.of_thickness(thickness_mm) + self.pose.by_thickness(&place));
+        thickness.hypot(told(self.pose.by_scale(&place, scale_ppm)))
     }
 }
 
@@ -129,7 +175,7 @@ pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
     let by_line = AlignmentMethod::Features { hole, slot, slot_reading: SlotReading::CentreLine, point };
     let errors = outlook.pose_errors_mm()?;
     let (worst, error) = outlook.comparison.iter().zip(&errors).max_by(|a, b| a.1.total_cmp(b.1))?;
-    let line = pose(outlook, &by_line);
+    let line = pose(outlook, &by_line, Side::Top);
     let expected = Expected::of(outlook.rig);
     let OpeningStd { turn_rad, tilt_rad, .. } = expected.opening(length_mm, width_mm);
     let source = if outlook.rig.is_some() { "from [rig]" } else { "without [rig]" };
@@ -151,29 +197,33 @@ pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
     Some(Diagnostic::warning(message).with_help(help))
 }
 
-/// The uncertainty of the pose to expect; `None` where the datums do not hold the part.
-fn pose(outlook: &Outlook, method: &AlignmentMethod) -> Option<PoseUncertainty> {
-    let expected = Expected::of(outlook.rig);
-    let whole = |part: &Part| {
-        let face = part.face(Side::Top);
-        let mm2_per_point = face.mesh.area() / BEST_FIT_POINTS as f64;
-        expected_best_fit(face, expected.thinned_variance_mm4(mm2_per_point))
-    };
-    match method {
-        AlignmentMethod::BestFit => return whole(outlook.part?),
-        AlignmentMethod::Regions(fit) => {
-            let part = outlook.part?;
-            let variance_mm4 = |area_mm2: f64| expected.thinned_variance_mm4(area_mm2 / REGION_POINTS as f64);
-            return expected_region_fit(part, Side::Top, fit, whole(part).as_ref(), variance_mm4);
-        }
-        AlignmentMethod::Features { .. } | AlignmentMethod::Rps(_) => {}
+/// The uncertainty of the pose to expect, that side of the part seen; `None` where the datums do not hold the part.
+fn pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Option<PoseUncertainty> {
+    let common = outlook.part.map(|part| Common { part, face: part.face(side), settings: &outlook.uncertainty });
+    if let AlignmentMethod::BestFit | AlignmentMethod::Regions(_) = method {
+        let mut known = fitted_pose(outlook, method, side)?;
+        common?.move_best_fit(&mut known);
+        return Some(known);
     }
     let positions = outlook.features.iter().map(|f| f.geometry.position());
     let first = outlook.features.first()?.geometry.position();
     let length_mm = positions.map(|p| (p - first).norm()).fold(1.0, f64::max);
     let datums = Datums { method, features: outlook.features, length_mm };
+    let expected = Expected::of(outlook.rig);
     let of_datum = |geometry: &Geometry| errors(&expected, geometry).with_settings(geometry, &outlook.uncertainty);
-    expected_pose_uncertainty(datums, of_datum).ok()
+    expected_pose_uncertainty(datums, of_datum, common).ok()
+}
+
+/// The same of a fit to the CAD's surface, from the scatter of the points alone.
+fn fitted_pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Option<PoseUncertainty> {
+    let expected = Expected::of(outlook.rig);
+    let part = outlook.part?;
+    let face = part.face(side);
+    let mm2_per_point = face.mesh.area() / BEST_FIT_POINTS as f64;
+    let whole = expected_best_fit(face, expected.thinned_variance_mm4(mm2_per_point));
+    let AlignmentMethod::Regions(fit) = method else { return whole };
+    let variance_mm4 = |area_mm2: f64| expected.thinned_variance_mm4(area_mm2 / REGION_POINTS as f64);
+    expected_region_fit(part, side, fit, whole.as_ref(), variance_mm4)
 }
 
 /// What to expect of one datum feature.

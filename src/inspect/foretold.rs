@@ -145,8 +145,8 @@ mod tests {
         assert_eq!(foretold.points.len(), plan.comparison.len());
         assert!(foretold.points.is_sorted_by(|a, b| a.share() >= b.share()) && !foretold.from_rig);
         assert!(foretold.points.iter().all(|p| {
-            let ExpectedU { u_mm, point_mm, pose_mm } = p.expected;
-            point_mm > 0.0 && pose_mm > 0.0 && (u_mm - point_mm.hypot(pose_mm)).abs() < 1e-12
+            let ExpectedU { u_mm, point_mm, pose_mm, common_mm } = p.expected;
+            point_mm > 0.0 && pose_mm > 0.0 && common_mm == 0.0 && (u_mm - point_mm.hypot(pose_mm)).abs() < 1e-12
         }));
         let told: Vec<&str> = foretold.schemes.iter().map(|s| s.words.as_str()).collect();
         let [own, axis, fit] = foretold.schemes.each_cost();

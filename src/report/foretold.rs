@@ -9,10 +9,13 @@ pub fn foretold(foretold: &Foretold) -> String {
     let mut lines = vec![format!(
         "U to expect of a good scan (k = 2, mm) at {spacing} ({source}), the worst beside its tolerance first;"
     )];
-    lines.push("U is made of what the point's own measurement owes and of what the datums owe:".to_owned());
+    lines.push(
+        "U is made of what the point's own measurement, the datums, and thickness and scale (from [uncertainty]) owe:"
+            .to_owned(),
+    );
     lines.extend(table(
-        &["point", "kind", "U", "own", "datums", "lower", "upper", "U / half tolerance"],
-        &[Left, Left, Right, Right, Right, Right, Right, Right],
+        &["point", "kind", "U", "own", "datums", "common", "lower", "upper", "U / half tolerance"],
+        &[Left, Left, Right, Right, Right, Right, Right, Right, Right],
         foretold.points.iter().map(point_cells).collect(),
     ));
     lines.push(String::new());
@@ -30,7 +33,7 @@ fn point_cells(point: &ForetoldPoint) -> Vec<String> {
     let e = &point.expected;
     let share = format!("{:.0} %", 100.0 * point.share());
     let mut cells = vec![point.name.clone(), point.kind.to_owned()];
-    cells.extend([e.u_mm, e.point_mm, e.pose_mm, point.lower_mm, point.upper_mm].map(mm));
+    cells.extend([e.u_mm, e.point_mm, e.pose_mm, e.common_mm, point.lower_mm, point.upper_mm].map(mm));
     cells.push(share);
     cells
 }
@@ -79,7 +82,7 @@ mod tests {
         let point = |name: &str, pose_mm: f64| ForetoldPoint {
             name: name.into(),
             kind: "surface",
-            expected: ExpectedU { u_mm: 0.005_f64.hypot(pose_mm), point_mm: 0.005, pose_mm },
+            expected: ExpectedU { u_mm: 0.005_f64.hypot(pose_mm), point_mm: 0.005, pose_mm, common_mm: 0.0 },
             lower_mm: -0.5,
             upper_mm: 0.5,
         };
@@ -95,10 +98,10 @@ mod tests {
         });
         let expected = "\
 U to expect of a good scan (k = 2, mm) at 0.168 mm between points (the paper's, the plan has no [rig]), the worst beside its tolerance first;
-U is made of what the point's own measurement owes and of what the datums owe:
-point      kind         U    own  datums   lower  upper  U / half tolerance
-P01        surface  0.050  0.005   0.050  -0.500  0.500                10 %
-Prüfpunkt  surface  0.011  0.005   0.010  -0.500  0.500                 2 %
+U is made of what the point's own measurement, the datums, and thickness and scale (from [uncertainty]) owe:
+point      kind         U    own  datums  common   lower  upper  U / half tolerance
+P01        surface  0.050  0.005   0.050   0.000  -0.500  0.500                10 %
+Prüfpunkt  surface  0.011  0.005   0.010   0.000  -0.500  0.500                 2 %
 
 what the choice of datums costs (U, mm):
 datums                median  worst  at

@@ -9,7 +9,7 @@
 use crate::foretold::by_locks;
 use crate::support::{identity, inspect_scan, prepared};
 use shapeline::geometry::PointCloud;
-use shapeline::inspect::{Budget, Inspection, Outcome};
+use shapeline::inspect::{Budget, Inspection, Outcome, Outlook};
 use shapeline::part::{Part, PartSettings};
 use shapeline::plan::{AlignmentMethod, CadSide, Geometry, Plan, Side, UncertaintySettings};
 use shapeline::run::RunContext;
@@ -67,15 +67,21 @@ fn points_change_with_thickness_and_scale_as_their_uncertainty_says() {
         UncertaintySettings { thickness_mm: THICKNESS_MM, scale_ppm: SCALE_PPM, ..UncertaintySettings::default() };
     let reach_mm = 0.5 * part.diagonal_mm() * SCALE_PPM * 1e-6;
     let (mut faults, mut looked_at) = (Vec::new(), 0);
-    for (side, seed) in [(Side::Top, 31), (Side::Bottom, 32)] {
+    let mut most_told: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; plan.comparison.len()]);
+    // Scans in which no datum's own window switches: that would move every point.
+    for (side, seed) in [(Side::Top, 31), (Side::Bottom, 34)] {
         let pose = PoseChoice::side(&subject, side);
         let cloud = simulate_scan(&subject, &rig, &pose, seed, &RunContext::silent()).expect("not cancelled").cloud;
         let mut grown = cloud.clone();
         grown.positions.iter_mut().for_each(|p| *p *= 1.0 + SCALE_PPM * 1e-6);
-        for (way, plan, view) in ways(&plan) {
+        for ((way, plan, view), most_told) in ways(&plan).into_iter().zip(&mut most_told) {
             let as_it_is = inspected(&plan, &part, cloud.clone());
             let at_scale = inspected(&plan, &part, grown.clone());
             looked_at += 2 * as_it_is.points.len();
+            for (most, point) in most_told.iter_mut().zip(&as_it_is.points) {
+                let told = point.measurement.as_ref().map_or(0.0, |m| m.budget.thickness_mm.hypot(m.budget.scale_mm));
+                *most = f64::max(*most, 2.0 * told);
+            }
             let what = format!("{way} {side:?} scale");
             faults.extend(compare(&what, [&as_it_is, &at_scale], |b| b.scale_mm, view * reach_mm));
             let mut told_thicker = plan.clone();
@@ -86,6 +92,21 @@ fn points_change_with_thickness_and_scale_as_their_uncertainty_says() {
             };
             let what = format!("{way} {side:?} thickness");
             faults.extend(compare(&what, [&as_it_is, &at_thickness], |b| b.thickness_mm, view * THICKNESS_MM));
+        }
+    }
+    for ((way, plan, view), told) in ways(&plan).into_iter().zip(&most_told) {
+        let foretold = Outlook { part: Some(&part), ..Outlook::of(&plan) }.expected().expect("the part is held");
+        for ((point, foretold), told) in plan.comparison.iter().zip(foretold).zip(told) {
+            println!("{way} {}: foretold {:.4}, told {told:.4}", point.name, foretold.common_mm);
+            // The same formulas, at nominal places instead of measured ones (0.1 mm of 100 mm), the whole face instead of what was seen; more
+            // locks than are needed weigh by the scatter of the scan, not by that to expect. A distance is told with its worst direction
+            // where it is short: that may be more, by the square root of two.
+            let share = if way == "rps" { 0.1 } else { 2.0 * view };
+            let limit_mm = 0.003 + 0.05 * told + share * reach_mm.hypot(THICKNESS_MM);
+            let is_distance = matches!(point.geometry, Geometry::Hole { direction: None, .. });
+            let most_mm = if is_distance { std::f64::consts::SQRT_2 * told } else { *told };
+            assert!(foretold.common_mm < most_mm + limit_mm, "{way} {}", point.name);
+            assert!(foretold.common_mm > told / if is_distance { 2.0 } else { 1.0 } - limit_mm, "{way} {}", point.name);
         }
     }
     // Where the size of a window switches its value moves by more than a standard deviation: one in 20 may.
