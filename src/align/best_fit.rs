@@ -39,9 +39,9 @@ const RIM_POINTS: usize = 60_000;
 /// Hopeless poses that stay in the contest, so that it has a second.
 const HOPELESS_KEPT: usize = 3;
 /// The last registrations: points, most steps, and the motion at which they end, mm.
-const POLISH: [(usize, usize, f64); 2] = [(1200, 25, 1e-3), (BEST_FIT_POINTS, 20, 1e-7)];
-/// Points that the pose is in the end told by.
-pub const BEST_FIT_POINTS: usize = 4000;
+const POLISH: [(usize, usize, f64); 3] = [(1200, 25, 1e-3), (4000, 20, 1e-4), (BEST_FIT_POINTS, 20, 1e-7)];
+/// Points that the pose is in the end told by: what lies across a nearly flat part is known by few of them.
+pub const BEST_FIT_POINTS: usize = 30_000;
 
 /// Finds the pose and the side of a scan.
 ///

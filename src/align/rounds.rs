@@ -7,8 +7,8 @@
 use crate::geometry::{Aabb, CadFromScan, Isometry3, Point3};
 
 /// A round that moves no corner of the part's box by more than this ends the iteration, mm.
-const SETTLED_MM: f64 = 1e-6;
-/// A motion that no longer shrinks is the toggling of single points at the windows' rims, below this, mm.
+const SETTLED_MM: f64 = 1e-7;
+/// Motions that no longer shrink, two after each other, are the toggling of single points at the windows' rims, below this, mm.
 const TOGGLING_MM: f64 = 0.01;
 /// Longest way round, in rounds.
 const LONGEST_CYCLE: usize = 4;
@@ -59,8 +59,8 @@ impl Rounds {
 
     /// Whether going on would change nothing.
     pub fn have_settled(&self) -> bool {
-        let (last, before) = (self.moved_mm(0), self.moved_mm(1));
-        last < SETTLED_MM || (last < TOGGLING_MM && last > 0.5 * before)
+        let (last, before, first) = (self.moved_mm(0), self.moved_mm(1), self.moved_mm(2));
+        last < SETTLED_MM || (last < TOGGLING_MM && last > 0.5 * before && before > 0.5 * first)
     }
 
     /// The motions from the last pose to the others of the cycle that the rounds go round; `None` where they go on to new
@@ -103,8 +103,9 @@ mod tests {
         let rounds = lifts(&[1.0, 0.1, 0.01, 1e-3, 1e-4]);
         assert!(!rounds.have_settled() && rounds.cycle().is_none());
         assert!(lifts(&[1.0, 1e-3, 1e-7]).have_settled());
-        // Single points that toggle.
-        assert!(lifts(&[1.0, 1e-3, -9e-4]).have_settled());
+        // Single points that toggle; once may be chance.
+        assert!(!lifts(&[1.0, 1e-3, -9e-4]).have_settled());
+        assert!(lifts(&[1.0, 1e-3, -9e-4, 9e-4]).have_settled());
         // One way, however slowly, is no cycle.
         assert!(lifts(&[0.05; 8]).cycle().is_none() && !lifts(&[0.05; 8]).have_settled());
     }

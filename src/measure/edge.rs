@@ -41,7 +41,7 @@ pub struct EdgeFound {
 /// Fewest points of a fit.
 const NEEDED: usize = 24;
 /// The window's length along the edge, mm; 18 spacings at least.
-const LENGTH_MM: f64 = 5.0;
+const LENGTH_MM: f64 = 6.0;
 /// The sheet beside the edge is told from a stretch this deep, mm; 8 spacings at least.
 const BESIDE_MM: f64 = 5.0;
 /// And reaches further along the edge than the window, mm.

@@ -1,5 +1,6 @@
 //! The layer of points that is the measured face: where it stands above the CAD and how it is tilted.
 
+use super::thin::is_taken;
 use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, mad_scale_about_zero, median, tukey_weight};
 use nalgebra::{Matrix3, Vector3};
 
@@ -158,7 +159,7 @@ fn correlation_inflation(residuals: &[[f64; 3]], width: f64) -> f64 {
 pub fn correlated_height_variance(told: &[[f64; 4]], hidden: f64) -> f64 {
     const THINNED: f64 = 350.0;
     let stride = (told.len() as f64 / THINNED).round().max(1.0) as usize;
-    let sampled: Vec<[f64; 4]> = told.iter().step_by(stride).copied().collect();
+    let sampled: Vec<[f64; 4]> = told.iter().filter(|p| is_taken(p[0], p[1], stride)).copied().collect();
     // The shares of the sampled points stand for all: their sum is 1, as that of all points is.
     let total: f64 = sampled.iter().map(|p| p[3]).sum();
     let count = sampled.len().max(1) as f64;

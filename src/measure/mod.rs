@@ -28,6 +28,7 @@ mod rim_steps;
 mod sight;
 pub mod slot;
 pub mod surface;
+mod thin;
 
 pub use card::{Card, Gate, Rule};
 pub use edge::{EdgeFound, edge, edge_with_card};

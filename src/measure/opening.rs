@@ -9,6 +9,7 @@ use super::patch::{CadPatch, ROUGH_MM};
 use super::rim::{is_of_a_leaf_behind, rims_near};
 use super::rim_steps::{RimSteps, rim_steps};
 use super::sight::{Sight, check_in_sight, own_heights};
+use super::thin::is_taken;
 use super::{LEAST_COVERED, Local, NotFound};
 use crate::fit::soft_edge::outline::MAX_SHAPE;
 use crate::fit::soft_edge::{Outline, SoftEdgeFit, SoftEdgeSettings, Window, refine_soft_edge};
@@ -255,8 +256,7 @@ fn search<O: Opening>(
     let density = (spacing_mm * spacing_mm).recip();
     let spare = (left_out(nominal, density) / needed_gain::<O>(search_mm, density)) as usize;
     let stride = sheet.len().div_ceil(THINNED).min(spare).max(1);
-    let within = |p: &&[f64; 2]| p[0].hypot(p[1]) < reach + search_mm;
-    let thinned: Vec<[f64; 2]> = sheet.iter().step_by(stride).filter(within).copied().collect();
+    let thinned = thinned(sheet, stride, reach + search_mm);
     let h = spacing_mm * (stride as f64).sqrt();
     let window = Window::disc(reach + search_mm);
     let mut settings = SoftEdgeSettings::new(h);
@@ -295,6 +295,12 @@ fn search<O: Opening>(
         return Ok(best);
     }
     Err(NotFound::new(format!("no {} here: the points go on over its place", O::WORD), sheet.len()))
+}
+
+/// One of `stride` points.
+fn thinned(sheet: &[[f64; 2]], stride: usize, within_mm: f64) -> Vec<[f64; 2]> {
+    let within = |p: &&[f64; 2]| p[0].hypot(p[1]) < within_mm && is_taken(p[0], p[1], stride);
+    sheet.iter().filter(within).copied().collect()
 }
 
 /// Where the nominal outline holds the fewest points: of the places of a grid (step an eighth of the search), the mean of all that

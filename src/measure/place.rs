@@ -7,6 +7,7 @@
 use super::card::Card;
 use super::frame::FeatureFrame;
 use super::sight::is_of_another_wall;
+use super::thin::is_taken;
 use super::{Local, NotFound};
 use crate::fit::robust::{SIGMA_OF_MAD, median};
 
@@ -208,7 +209,8 @@ pub fn noise_mm(points: &[[f64; 3]]) -> f64 {
         others.min_by(|a, b| to(a).total_cmp(&to(b)))
     };
     let stride = points.len().div_ceil(ASKED).max(1);
-    let differences = (0..points.len()).step_by(stride).filter_map(|i| Some((points[i][2] - nearest(i)?[2]).abs()));
+    let taken = (0..points.len()).filter(|&i| is_taken(points[i][0], points[i][1], stride));
+    let differences = taken.filter_map(|i| Some((points[i][2] - nearest(i)?[2]).abs()));
     let mut differences: Vec<f64> = differences.collect();
     let sigma = SIGMA_OF_MAD * median(&mut differences).unwrap_or(0.0) * std::f64::consts::FRAC_1_SQRT_2;
     sigma.max(LEAST_NOISE_MM)

@@ -119,6 +119,24 @@ impl SurfaceFound {
         let standard_uncertainty_mm = self.standard_uncertainty_mm.hypot(lack.mean_mm);
         Self { standard_uncertainty_mm, ..self }
     }
+
+    /// This and a share of what another window tells; as uncertain as either, and by what they differ (variance of a mixture).
+    fn blended(self, other: Self, share: f64) -> Self {
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        let apart_mm = other.deviation_mm - self.deviation_mm;
+        let variance = mix(self.standard_uncertainty_mm.powi(2), other.standard_uncertainty_mm.powi(2))
+            + share * (1.0 - share) * apart_mm * apart_mm;
+        let most = if share < 0.5 { &self } else { &other };
+        Self {
+            position: self.position + (other.position - self.position) * share,
+            normal: (self.normal + (other.normal - self.normal) * share).normalize(),
+            deviation_mm: mix(self.deviation_mm, other.deviation_mm),
+            standard_uncertainty_mm: variance.sqrt(),
+            window_mm: most.window_mm,
+            rms_mm: most.rms_mm,
+            points_used: most.points_used,
+        }
+    }
 }
 
 /// A plane through the points themselves: heights above a plane across the direction in place of the CAD's.
@@ -152,7 +170,9 @@ fn in_plane(
     })
 }
 
-/// The surface in the largest window whose middle does not stand off it; what it stands off in the smallest is uncertain.
+/// The surface in the largest window whose middle does not stand off it; what it stands off in the smallest is uncertain. Where
+/// chance may or may not explain what it stands off, something of the window and the rest of the next smaller one: a window that switched
+/// would make the value jump with single points.
 fn in_shrinking_windows(
     local: &Local,
     frame: &FeatureFrame,
@@ -165,15 +185,27 @@ fn in_shrinking_windows(
     let mut window = Window::with_points(local, frame, wanted_mm, search_mm);
     // A window that had to grow has no points to spare for a smaller one.
     let grown = window.radius_mm > wanted_mm;
-    loop {
+    // What larger windows tell, and how much of it counts.
+    let mut larger: Vec<(SurfaceFound, f64)> = Vec::new();
+    let smallest = loop {
         let smaller_mm = SHRINK * window.radius_mm;
         let last = grown || smaller_mm < smallest_mm;
         match measure_in(frame, &window, place, card) {
-            Ok((found, lack)) if last || !lack.beyond_chance => return Ok(found.with_lack(&lack)),
+            Ok((found, lack)) => {
+                let of_smaller = if last { 0.0 } else { lack.of_smaller() };
+                if of_smaller == 0.0 {
+                    break found.with_lack(&lack);
+                }
+                if of_smaller < 1.0 {
+                    larger.push((found.with_lack(&lack), of_smaller));
+                }
+            }
             Err(not) if last => return Err(not),
-            _ => window = Window::gather(local, frame, smaller_mm, search_mm),
+            Err(_) => {}
         }
-    }
+        window = Window::gather(local, frame, smaller_mm, search_mm);
+    };
+    Ok(larger.into_iter().rev().fold(smallest, |smaller, (found, of_smaller)| found.blended(smaller, of_smaller)))
 }
 
 /// The window's radius: in mm, and in spacings at least.
@@ -370,10 +402,12 @@ impl Middle {
 
 /// Fewest points from which a bend can be told.
 const NEEDED_FOR_BEND: usize = 24;
-/// The middle of the window, as a share of its radius, and the number of standard deviations that its mean may stand off the
-/// fitted surface by chance: one in 2000.
+/// The middle of the window, as a share of its radius.
 const MIDDLE_SHARE: f64 = 0.4;
-const LACK_SIGMAS: f64 = 3.5;
+/// Standard deviations that its mean may stand off the fitted surface by chance, which one in a hundred does, and from which on chance
+/// explains nothing, less than one in 100,000.
+const BY_CHANCE: f64 = 2.5;
+const BEYOND_CHANCE: f64 = 4.5;
 
 /// What the points in the middle of a window stand off the fitted surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -382,8 +416,17 @@ pub(super) struct Lack {
     /// deviation bends too fast for the fit it is a little over half of the error on the line (0.57 of it where the fourth power
     /// is missed), so that it belongs to the uncertainty in either case.
     pub mean_mm: f64,
-    /// Noise does not explain it.
-    pub beyond_chance: bool,
+    /// The same in standard deviations of what noise makes of it.
+    pub sigmas: f64,
+}
+
+impl Lack {
+    /// How much of a smaller window is to be believed: nothing where noise explains it, all where it does not, smoothly from one to the
+    /// other.
+    fn of_smaller(&self) -> f64 {
+        let t = ((self.sigmas - BY_CHANCE) / (BEYOND_CHANCE - BY_CHANCE)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
 }
 
 /// The quadratic, or where the points do not tell one the plane; and what the middle stands off it.
@@ -406,6 +449,6 @@ pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle
     // The fit follows the middle's noise: its own variance there, 4 / points of a quadratic and 1 / points of a plane, is missing
     // from that of the residuals' mean, 1 / (share² points).
     let followed = MIDDLE_SHARE * MIDDLE_SHARE * if bend.is_some() { 4.0 } else { 1.0 };
-    let chance_mm = LACK_SIGMAS * u_mean * (1.0 - followed).sqrt();
-    (middle, Lack { mean_mm, beyond_chance: mean_mm > chance_mm })
+    let chance_mm = u_mean * (1.0 - followed).sqrt();
+    (middle, Lack { mean_mm, sigmas: if chance_mm > 0.0 { mean_mm / chance_mm } else { 0.0 } })
 }

@@ -12,6 +12,7 @@ mod flange_on_belt;
 mod flat_plate;
 mod foretold;
 mod forged_cache;
+mod invariance;
 mod layers;
 mod measure_accuracy;
 mod measure_hostile;

@@ -230,7 +230,7 @@ fn the_twin_alone_is_refused_and_a_moved_scan_gives_the_same_things() {
     for (p, q) in a.points.iter().zip(&b.points) {
         let of = |r: &shapeline::inspect::PointResult| r.measurement.as_ref().map(|m| m.deviation_mm);
         match (of(p), of(q)) {
-            // The demand of issue 3 for noisy scans under a rigid motion.
+            // What is demanded of noisy scans under a rigid motion.
             (Some(x), Some(y)) => assert!((x - y).abs() < 0.001, "{}: {x} {y}", p.name),
             (x, y) => assert_eq!(x, y, "{}", p.name),
         }

@@ -116,6 +116,15 @@ fn climb<O: Outline>(
         state = next;
         at = there;
     }
+    if converged {
+        // What is known of this place already tells the next one: a step that squares what is left, without another look at the points.
+        let free = free_parameters(&state, &at, settings, tau_range);
+        let step = damped_step(&state.outline, &at, &free, 0.0, h);
+        let next = state.moved(&step);
+        if shape_step_mm::<O>(&step, reach_mm) < settings.tolerance * h && next.outline.is_sound() {
+            state = State { tau_mm: next.tau_mm.clamp(tau_range[0], tau_range[1]), ..next };
+        }
+    }
     Ok(Climbed { state, at, converged, iterations })
 }
 
