@@ -25,6 +25,8 @@ pub struct Diagnostic {
     pub file: Option<PathBuf>,
     /// Line in that file, from 1.
     pub line: Option<usize>,
+    /// The key of a plan whose value is meant, so that a form can show the message at its field.
+    pub key: Option<Box<str>>,
     /// What was found and what was expected.
     pub message: String,
     /// What to do about it.
@@ -34,7 +36,7 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// An error without a place yet.
     pub fn error(message: impl Into<String>) -> Self {
-        Self { severity: Severity::Error, file: None, line: None, message: message.into(), help: None }
+        Self { severity: Severity::Error, file: None, line: None, key: None, message: message.into(), help: None }
     }
 
     /// A warning without a place yet.
@@ -53,6 +55,13 @@ impl Diagnostic {
     #[must_use]
     pub fn at_line(mut self, line: usize) -> Self {
         self.line = Some(line);
+        self
+    }
+
+    /// Attaches the key.
+    #[must_use]
+    pub fn at_key(mut self, key: impl Into<Box<str>>) -> Self {
+        self.key = Some(key.into());
         self
     }
 

@@ -74,7 +74,7 @@ struct Notes<'a> {
 impl Notes<'_> {
     fn warn(&mut self, key: &str, words: String, help: String) {
         let message = format!("{} {key}: {words}", self.place);
-        self.add(Diagnostic::warning(message).with_help(help));
+        self.add(Diagnostic::warning(message).at_key(key).with_help(help));
     }
 
     fn add(&mut self, diagnostic: Diagnostic) {
@@ -91,10 +91,10 @@ impl Notes<'_> {
         if distance_mm > elsewhere_mm {
             let help =
                 format!("check the unit and the frame of the CAD; its nearest place is {}", position_words(nearest));
-            self.add(Diagnostic::error(message).with_help(help));
+            self.add(Diagnostic::error(message).at_key(key).with_help(help));
         } else {
             let help = format!("the nearest place of the CAD is {key} = {}", position_words(nearest));
-            self.add(Diagnostic::warning(message).with_help(help));
+            self.add(Diagnostic::warning(message).at_key(key).with_help(help));
         }
     }
 

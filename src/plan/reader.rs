@@ -4,6 +4,7 @@
 use super::problems::{Lines, Problems};
 use super::suggest::{list_or, nearest};
 use super::syntax::LostKey;
+use crate::diagnostic::Diagnostic;
 use std::cell::RefCell;
 use toml_edit::{Item, TableLike, Value};
 
@@ -158,13 +159,15 @@ impl<'a> TableReader<'a> {
             }
             let (message, help) = self.unknown(key, &asked, &explain, &mut meant);
             let place = if self.place.is_empty() { String::new() } else { format!("{}: ", self.place) };
-            self.problems.error(self.line_of(key), format!("{place}{message}"), help);
+            let told = Diagnostic::error(format!("{place}{message}")).at_line(self.line_of(key)).at_key(key);
+            self.problems.add(told.with_help(help));
         }
         for missing in self.missing.borrow().iter().filter(|m| !meant.contains(&m.key) && !self.is_lost(m.key)) {
             let label = if self.place.is_empty() { format!("[{}]", missing.key) } else { self.label(missing.key) };
             let label = if missing.key == "schema" { missing.key.to_owned() } else { label };
             let message = format!("{label}: found nothing, expected {}", missing.expected);
-            self.problems.error(self.line, message, missing.help.clone());
+            let told = Diagnostic::error(message).at_line(self.line).at_key(missing.key);
+            self.problems.add(told.with_help(missing.help.clone()));
         }
     }
 
@@ -245,13 +248,13 @@ impl<'r> Entry<'r> {
     /// Tells that the value is wrong; `words` read `found .., expected ..`.
     pub fn wrong(&self, words: impl AsRef<str>, help: impl Into<String>) {
         let message = format!("{}: {}", self.reader.label(self.key), words.as_ref());
-        self.reader.problems.error(self.line, message, help);
+        self.reader.problems.add(Diagnostic::error(message).at_line(self.line).at_key(self.key).with_help(help));
     }
 
     /// Tells that the value is odd.
     pub fn odd(&self, words: impl AsRef<str>, help: impl Into<String>) {
         let message = format!("{}: {}", self.reader.label(self.key), words.as_ref());
-        self.reader.problems.warning(self.line, message, help);
+        self.reader.problems.add(Diagnostic::warning(message).at_line(self.line).at_key(self.key).with_help(help));
     }
 
     /// What was found, in words.
