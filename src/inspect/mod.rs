@@ -10,7 +10,6 @@ pub mod pipeline;
 pub mod plan_check;
 mod region_check;
 pub mod result;
-mod rims;
 pub mod verdict;
 
 pub use budget::Budget;

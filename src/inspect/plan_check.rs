@@ -4,10 +4,9 @@
 //! Everything is compared with the CAD's own surface, not with the face moved by the sheet's thickness.
 
 use super::region_check::check_regions;
-use super::rims::{Rim, rims};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point3, UnitVector3, Vector3};
-use crate::part::{Face, Part};
+use crate::part::{Face, Part, Rim, rims};
 use crate::plan::{CadSide, ComparisonPoint, Draft, Feature, Geometry, Plan, Side};
 use std::path::Path;
 

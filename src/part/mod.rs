@@ -11,7 +11,9 @@ mod face;
 mod load;
 mod model;
 mod prepare;
+pub mod propose;
 mod resting;
+mod rims;
 mod samples;
 mod skin;
 mod solid;
@@ -21,6 +23,7 @@ pub use face::{Face, FaceHit, FaceSample};
 pub use load::{CacheUse, load_or_prepare};
 pub use model::{Part, PartSettings};
 pub use resting::RestingPose;
+pub(crate) use rims::{Rim, rims};
 
 #[cfg(test)]
 mod shapes;

@@ -1,7 +1,7 @@
 //! The openings of a CAD: centre, size and long axis of every hole rim.
 
+use super::Face;
 use crate::geometry::{Point3, UnitVector3, Vector3};
-use crate::part::Face;
 use nalgebra::Matrix2;
 
 /// Rim points at which the surface normal is asked for, to tell a hole from an outer contour.
@@ -9,7 +9,7 @@ const NORMAL_SAMPLES: usize = 16;
 
 /// One opening of a face, CAD frame, mm.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Rim {
+pub(crate) struct Rim {
     /// Length-weighted middle of the rim.
     pub centre: Point3,
     /// Normal of the opening, on the side of the face's normals.
@@ -26,11 +26,12 @@ pub(super) struct Rim {
 
 /// The openings of a face; outer contours are left out: with the normal towards the viewer the surface lies on the left
 /// of its boundary, so a hole is run around clockwise.
-pub(super) fn rims(face: &Face) -> Vec<Rim> {
+pub(crate) fn rims(face: &Face) -> Vec<Rim> {
     face.boundary_loops.iter().filter_map(|points| rim(face, points)).collect()
 }
 
-fn rim(face: &Face, points: &[Point3]) -> Option<Rim> {
+/// The opening that a closed loop of a face runs around; `None` of an outer contour.
+pub(crate) fn rim(face: &Face, points: &[Point3]) -> Option<Rim> {
     let (first, last) = (points.first()?, points.last()?);
     if points.len() < 4 || first != last {
         return None;
