@@ -31,8 +31,18 @@ enum Column {
     Triple(&'static str),
 }
 
+/// How numbers are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Decimals {
+    /// With a decimal point.
+    Point,
+    /// With a decimal point, or with a comma where no comma parts the cells: a table from a spreadsheet. Names of columns may be
+    /// written with capitals.
+    Spreadsheet,
+}
+
 /// Reads the points as far as they are sound; faults go to `problems`.
-pub(super) fn read(bytes: &[u8], problems: &Problems) -> Vec<ReadPoint> {
+pub(super) fn read(bytes: &[u8], problems: &Problems, decimals: Decimals) -> Vec<ReadPoint> {
     let Some(text) = read_text(bytes, problems) else { return Vec::new() };
     let mut rows = text
         .lines()
@@ -48,12 +58,24 @@ pub(super) fn read(bytes: &[u8], problems: &Problems) -> Vec<ReadPoint> {
         return Vec::new();
     };
     let separator = ['\t', ';', ','].into_iter().find(|c| header.contains(*c));
-    let Some(columns) = read_header(header, separator, header_line, problems) else { return Vec::new() };
+    let spreadsheet = decimals == Decimals::Spreadsheet;
+    let header = if spreadsheet { header.to_lowercase() } else { header.to_owned() };
+    let Some(columns) = read_header(&header, separator, header_line, problems) else { return Vec::new() };
+    let table = Columns { separator, columns, comma: spreadsheet && separator != Some(',') };
     let mut points = Vec::new();
     for (line, row) in rows {
-        points.extend(read_row(row, separator, &columns, line, problems));
+        points.extend(read_row(row, &table, line, problems));
     }
     points
+}
+
+/// How the rows of a file are read.
+struct Columns {
+    /// Between cells; `None`: blanks.
+    separator: Option<char>,
+    columns: Vec<Column>,
+    /// Whether a number may have a decimal comma.
+    comma: bool,
 }
 
 fn read_header(header: &str, separator: Option<char>, line: usize, problems: &Problems) -> Option<Vec<Column>> {
@@ -142,13 +164,10 @@ fn column(name: &str) -> Option<Column> {
 }
 
 /// Turns a row into the table that the plan would have held, and reads it as such.
-fn read_row(
-    row: &str,
-    separator: Option<char>,
-    columns: &[Column],
-    line: usize,
-    problems: &Problems,
-) -> Option<ReadPoint> {
+fn read_row(row: &str, table: &Columns, line: usize, problems: &Problems) -> Option<ReadPoint> {
+    let Columns { separator, columns, comma } = table;
+    let (separator, comma) = (*separator, *comma);
+    let number = |cell: &str| number(cell, comma);
     let Some(cells) = cells(row, separator) else {
         problems.error(
             line,
@@ -195,14 +214,15 @@ fn read_row(
 }
 
 /// A cell as a number, or as the text that it is, for the message.
-fn number(cell: &str) -> Value {
-    cell.parse::<f64>().map_or_else(|_| Value::from(cell), Value::from)
+fn number(cell: &str, comma: bool) -> Value {
+    let point = if comma && cell.matches(',').count() == 1 { cell.replace(',', ".") } else { cell.to_owned() };
+    point.parse::<f64>().map_or_else(|_| Value::from(cell), Value::from)
 }
 
 /// `[1, 2, 3]` or `1 2 3`.
 fn triple(cell: &str) -> Value {
     let inner = cell.trim_start_matches(['[', '(']).trim_end_matches([']', ')']);
-    let array: Array = inner.split([',', ';', ' ']).filter(|c| !c.is_empty()).map(number).collect();
+    let array: Array = inner.split([',', ';', ' ']).filter(|c| !c.is_empty()).map(|c| number(c, false)).collect();
     Value::from(array)
 }
 

@@ -17,7 +17,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// Largest plan, bytes.
-const LARGEST_PLAN: u64 = 1 << 20;
+pub(super) const LARGEST_PLAN: u64 = 1 << 20;
 
 /// What became of a plan.
 #[derive(Debug, Clone)]
@@ -54,6 +54,11 @@ pub fn load(path: &Path) -> Loaded {
 /// file is opened, if the plan names one.
 pub fn parse(bytes: &[u8], path: &Path) -> Loaded {
     read(bytes, path, false)
+}
+
+/// The same as [`load`] for bytes that may not lie on the disk.
+pub fn load_text(bytes: &[u8], path: &Path) -> Loaded {
+    read(bytes, path, true)
 }
 
 fn read(bytes: &[u8], path: &Path, look_for_files: bool) -> Loaded {
@@ -221,7 +226,7 @@ fn comparison(root: &TableReader<'_>, folder: &Path) -> (Vec<ComparisonPoint>, V
         }
     };
     let file_problems = Problems::new(&path);
-    let from_file = comparison_file::read(&bytes, &file_problems);
+    let from_file = comparison_file::read(&bytes, &file_problems, comparison_file::Decimals::Point);
     if from_file.is_empty() && !file_problems.any_error() {
         file_problems.warning(1, "found no comparison point, expected at least one", "add a line for each point");
     }
@@ -259,13 +264,13 @@ fn read_capped(path: &Path, cap: u64, what: &str) -> Result<Vec<u8>, Box<Diagnos
     Ok(bytes)
 }
 
-fn too_large(size: u64, cap: u64, what: &str) -> Diagnostic {
+pub(super) fn too_large(size: u64, cap: u64, what: &str) -> Diagnostic {
     let message = format!("found {size} bytes, expected {what} of at most {cap} bytes");
     Diagnostic::error(message).with_help("check that this is the right file")
 }
 
 /// SHA-256 over all parts one after the other, lower-case hex.
-fn sha256_hex(parts: &[&[u8]]) -> String {
+pub(super) fn sha256_hex(parts: &[&[u8]]) -> String {
     let mut hash = Sha256::new();
     for part in parts {
         hash.update(part);

@@ -8,6 +8,7 @@
 
 mod alignment;
 mod comparison_file;
+pub mod document;
 pub mod expected;
 mod load;
 pub mod model;
@@ -25,7 +26,7 @@ mod syntax;
 mod tests;
 mod values;
 
-pub use load::{Loaded, load, parse};
+pub use load::{Loaded, load, load_text, parse};
 pub use model::*;
 pub use nominal::*;
 pub use regions::{FitRegion, Freedom, RegionFit, RegionShape};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use toml_edit::Value;
 
 /// The keys of each table, to say where a key belongs that stands in the wrong one.
-const HOMES: [(&str, &[&str]); 8] = [
+pub const HOMES: [(&str, &[&str]); 8] = [
     ("part", &["name", "number", "revision", "thickness_mm", "decision", "cad_side"]),
     ("cad", &["file", "unit"]),
     ("scans", &["folder", "pattern", "unit", "order", "taken", "view_direction", "views"]),

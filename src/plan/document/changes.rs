@@ -1,0 +1,216 @@
+//! What differs between two texts of a plan, in words that a person reads.
+
+use super::fields::infos;
+use super::rows::rows;
+use super::shape::is_same;
+use super::{Document, FieldValue, List, RowInfo, SETTINGS, tree, words};
+use crate::geometry::Point3;
+use std::collections::BTreeMap;
+use std::fmt;
+use toml_edit::{DocumentMut, Item, TableLike};
+
+/// One thing that changed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Change {
+    /// What is concerned: the name of a point or feature, or a setting in words.
+    pub subject: String,
+    /// What became of it.
+    pub what: String,
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.subject, self.what)
+    }
+}
+
+impl Document {
+    /// What changed since the plan was saved, the settings first, then features and points in their order. Of a plan that was
+    /// never saved it is one line.
+    pub fn changes(&self) -> Vec<Change> {
+        if self.saved.is_none() {
+            return vec![Change { subject: "plan".into(), what: "new".into() }];
+        }
+        changes(self.saved_text(), &self.text)
+    }
+
+    /// What would change if this plan's text became another one: one that was not saved, or that somebody else saved.
+    pub fn changes_to(&self, text: &str) -> Vec<Change> {
+        changes(&self.text, &text.replace("\r\n", "\n"))
+    }
+}
+
+/// What changed from one text to another.
+fn changes(old: &str, new: &str) -> Vec<Change> {
+    if old == new {
+        return Vec::new();
+    }
+    let (Ok(before), Ok(after)) = (tree::parse(old), tree::parse(new)) else {
+        return vec![Change { subject: "plan".into(), what: "edited as text, which cannot be read as TOML".into() }];
+    };
+    let mut found = Vec::new();
+    top(&before, &after, &mut found);
+    for (table, keys) in SETTINGS {
+        settings(&before, &after, table, keys, &mut found);
+    }
+    held_by(&before, &after, &mut found);
+    for list in [List::Feature, List::Comparison] {
+        listed(&infos(&before, list), &infos(&after, list), list, &mut found);
+    }
+    settings(&before, &after, "comparison_file", &["file"], &mut found);
+    if found.is_empty() {
+        found.push(Change { subject: "plan".into(), what: "comments or layout".into() });
+    }
+    found
+}
+
+fn top(before: &DocumentMut, after: &DocumentMut, found: &mut Vec<Change>) {
+    let value = |tree: &DocumentMut| tree.get("schema").map(FieldValue::of);
+    compare("schema", "", value(before), value(after), false, found);
+}
+
+fn settings(before: &DocumentMut, after: &DocumentMut, table: &str, keys: &[&str], found: &mut Vec<Change>) {
+    let value = |tree: &DocumentMut, key: &str| {
+        let item = tree.get(table)?.as_table_like()?.get(key)?;
+        (!item.is_none()).then(|| FieldValue::of(item))
+    };
+    for key in keys.iter().filter(|key| !["rps", "region"].contains(key)) {
+        let (label, unit) = words::key(table, key);
+        compare(label, unit, value(before, key), value(after, key), *key == "view_direction", found);
+    }
+}
+
+/// `sheet thickness: 1.200 -> 1.500 mm`.
+fn compare(
+    label: &str,
+    unit: &str,
+    before: Option<FieldValue>,
+    after: Option<FieldValue>,
+    direction: bool,
+    found: &mut Vec<Change>,
+) {
+    if let Some(what) = from_to(unit, before.as_ref(), after.as_ref(), direction) {
+        found.push(Change { subject: label.to_owned(), what });
+    }
+}
+
+fn from_to(unit: &str, before: Option<&FieldValue>, after: Option<&FieldValue>, direction: bool) -> Option<String> {
+    let same = match (before, after) {
+        (Some(a), Some(b)) => is_same(a, b, direction),
+        (None, None) => true,
+        _ => false,
+    };
+    if same {
+        return None;
+    }
+    // Three decimals, unless they hide the change.
+    let in_mm = |value: &FieldValue| value.in_words(unit == "mm");
+    let hidden = before.zip(after).is_some_and(|(a, b)| in_mm(a) == in_mm(b));
+    let shown = |value: Option<&FieldValue>| match value {
+        None => "left out".to_owned(),
+        Some(FieldValue::Number(v)) if hidden => v.to_string(),
+        Some(FieldValue::Numbers(v)) if hidden => format!("{v:?}"),
+        Some(value) => in_mm(value),
+    };
+    let unit = if unit.is_empty() || after.is_none() { String::new() } else { format!(" {unit}") };
+    Some(format!("{} -> {}{unit}", shown(before), shown(after)))
+}
+
+/// Locks and regions, row by row.
+fn held_by(before: &DocumentMut, after: &DocumentMut, found: &mut Vec<Change>) {
+    let line = |row: &dyn TableLike| {
+        let value =
+            |(key, item): (&str, &Item)| format!("{} {}", words::row_key(key).0, FieldValue::of(item).in_words(false));
+        row.iter().map(value).collect::<Vec<_>>().join(", ")
+    };
+    for (path, what) in [(["alignment", "rps"], "lock"), (["alignment", "region"], "region")] {
+        let lines = |tree| -> Vec<String> { rows(tree, &path).into_iter().map(line).collect() };
+        let (old, new) = (lines(before), lines(after));
+        for k in 0..old.len().max(new.len()) {
+            let what_became = match (old.get(k), new.get(k)) {
+                (Some(a), Some(b)) if a != b => format!("{a} -> {b}"),
+                (Some(a), None) => format!("removed ({a})"),
+                (None, Some(b)) => format!("added ({b})"),
+                _ => continue,
+            };
+            found.push(Change { subject: format!("{what} {}", k + 1), what: what_became });
+        }
+    }
+}
+
+/// Rows by name; one that lost its name to another with the same values was renamed.
+fn listed(before: &[RowInfo], after: &[RowInfo], list: List, found: &mut Vec<Change>) {
+    let partners = partners(before, after);
+    let taken: Vec<usize> = partners.iter().flatten().copied().collect();
+    for (k, row) in before.iter().enumerate().filter(|(k, _)| !taken.contains(k)) {
+        found.push(Change { subject: row.label(list, k), what: format!("{} removed", list.word()) });
+    }
+    for (k, row) in after.iter().enumerate() {
+        match partners[k] {
+            None => {
+                let what = format!("{} added ({})", list.word(), row.kind);
+                found.push(Change { subject: row.label(list, k), what });
+            }
+            Some(old) => row_changes(&before[old], row, &row.label(list, k), found),
+        }
+    }
+    let order: Vec<usize> = partners.into_iter().flatten().collect();
+    if !order.is_sorted() {
+        let what = "in another order".to_owned();
+        found.push(Change { subject: format!("{}s", list.word()), what });
+    }
+}
+
+/// For each row after the change the one that it was before.
+fn partners(before: &[RowInfo], after: &[RowInfo]) -> Vec<Option<usize>> {
+    let mut free: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (k, row) in before.iter().enumerate().rev() {
+        free.entry(&row.name).or_default().push(k);
+    }
+    let mut partners: Vec<Option<usize>> =
+        after.iter().map(|row| free.get_mut(row.name.as_str()).and_then(Vec::pop)).collect();
+    let mut left: Vec<usize> = free.into_values().flatten().collect();
+    left.sort_unstable();
+    for (k, row) in after.iter().enumerate() {
+        if partners[k].is_some() {
+            continue;
+        }
+        let bare = |row: &RowInfo| row.values.iter().filter(|(key, _)| key != "name").cloned().collect::<Vec<_>>();
+        if let Some(at) = left.iter().position(|old| bare(&before[*old]) == bare(row)) {
+            partners[k] = Some(left.remove(at));
+        }
+    }
+    partners
+}
+
+pub(super) fn row_changes(before: &RowInfo, after: &RowInfo, subject: &str, found: &mut Vec<Change>) {
+    let mut tell = |what: String| found.push(Change { subject: subject.to_owned(), what });
+    if before.name != after.name {
+        tell(format!("was {}", before.name));
+    }
+    let old_keys = before.values.iter().map(|(key, _)| key.as_str()).filter(|key| after.value(key).is_none());
+    let keys: Vec<&str> = after.values.iter().map(|(key, _)| key.as_str()).chain(old_keys).collect();
+    for key in keys.into_iter().filter(|key| *key != "name") {
+        let (label, unit) = words::row_key(key);
+        let is_direction = ["axis", "direction", "normal"].contains(&key);
+        let (old, new) = (before.value(key), after.value(key));
+        match (place(old), place(new)) {
+            (Some(a), Some(b)) if ["position", "centre"].contains(&key) && a != b => {
+                let places = from_to("mm", old, new, false).unwrap_or_default();
+                tell(format!("moved by {:.3} mm, {label} {places}", (b - a).norm()));
+            }
+            _ => {
+                if let Some(what) = from_to(unit, old, new, is_direction) {
+                    tell(format!("{label} {what}"));
+                }
+            }
+        }
+    }
+}
+
+fn place(value: Option<&FieldValue>) -> Option<Point3> {
+    match value {
+        Some(FieldValue::Numbers(v)) if v.len() == 3 => Some(Point3::new(v[0], v[1], v[2])),
+        _ => None,
+    }
+}
