@@ -6,6 +6,7 @@
 pub mod ascii;
 pub mod atomic;
 pub mod csv;
+pub mod differences;
 #[cfg(test)]
 pub mod example;
 mod foretold;

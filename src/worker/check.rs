@@ -5,6 +5,8 @@ use super::examine::{prepare_cad, prepare_part, settings_for};
 use super::results::ending_of;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::inspect::{Foretold, Outlook, axis_reading_warning, check_draft, foretell, tolerance_warnings};
+use crate::part::Part;
+use crate::plan::document::{Document, PlanProblem};
 use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
 use crate::report::{atomic, sequence};
 use crate::run::{Cancelled, RunContext};
@@ -15,18 +17,37 @@ use std::path::Path;
 /// plan is sound the cache of its CAD is written.
 pub fn check_plan(path: &Path, run: &RunContext) -> Result<Vec<Diagnostic>, Cancelled> {
     let loaded = plan::load(path);
-    let mut found = against_cad(&loaded, run)?;
-    let Loaded { draft, problems, .. } = loaded;
-    found.splice(0..0, problems);
-    found.extend(outlook(&draft));
-    found.extend(results_place(&draft));
+    let of_cad = against_cad(&loaded, run)?;
+    Ok(all_of(loaded, of_cad))
+}
+
+/// The same of a plan that is being edited, each problem with its field. `part` is its CAD as [`prepare_document`] made it; without it the
+/// plan is not compared with the CAD.
+pub fn check_document(document: &Document, part: Option<&Part>) -> Vec<PlanProblem> {
+    let loaded = document.read();
+    let of_cad = part.map_or_else(Vec::new, |part| of_part(&loaded.draft, part));
+    document.locate(all_of(loaded, of_cad))
+}
+
+/// The CAD of a plan that is being edited, as far as the plan tells of it; `None` where it names none that is there. Nothing is cached.
+pub fn prepare_document(document: &Document, run: &RunContext) -> Result<Option<Part>, ReadError> {
+    let Loaded { draft, .. } = document.read();
+    draft_part(&draft, run).transpose()
+}
+
+/// The plan's own problems and those found beside it, in the order in which they are told.
+fn all_of(loaded: Loaded, of_cad: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let Loaded { draft, mut problems, .. } = loaded;
+    problems.extend(of_cad);
+    problems.extend(outlook(&draft));
+    problems.extend(results_place(&draft));
     let rank = |d: &Diagnostic| match &d.file {
-        Some(file) if file == path => 0,
+        Some(file) if *file == draft.path => 0,
         _ if d.line.is_some() => 1,
         _ => 2,
     };
-    found.sort_by_key(|d| (rank(d), d.line));
-    Ok(found)
+    problems.sort_by_key(|d| (rank(d), d.line));
+    problems
 }
 
 /// What can be expected of a plan's measurements before anything is measured; `None` where the plan does not tell how the part is held,
@@ -42,6 +63,12 @@ pub fn foretell_plan(path: &Path, run: &RunContext) -> Result<Option<Foretold>, 
     Ok(Outlook::of_draft(&draft).and_then(|outlook| foretell(&Outlook { part, ..outlook })))
 }
 
+/// The same of a plan that is being edited, with its CAD where that is at hand; for another choice of datums ask a copy with that choice.
+pub fn foretell_document(document: &Document, part: Option<&Part>) -> Option<Foretold> {
+    let Loaded { draft, .. } = document.read();
+    Outlook::of_draft(&draft).and_then(|outlook| foretell(&Outlook { part, ..outlook }))
+}
+
 /// Warnings of an alignment that will hold the part poorly, and of tolerances that cannot be judged, with their places.
 pub(super) fn outlook(draft: &Draft) -> Vec<Diagnostic> {
     let Some(outlook) = Outlook::of_draft(draft) else { return Vec::new() };
@@ -51,18 +78,30 @@ pub(super) fn outlook(draft: &Draft) -> Vec<Diagnostic> {
 
 /// Problems of the CAD, and of the plan's sound points against it.
 fn against_cad(loaded: &Loaded, run: &RunContext) -> Result<Vec<Diagnostic>, Cancelled> {
-    let draft = &loaded.draft;
-    // That there is no such file is the plan's problem, and told there.
-    let Some(cad) = draft.cad.as_ref().filter(|cad| cad.path.is_file()) else { return Ok(Vec::new()) };
+    let prepared = match &loaded.plan {
+        // That there is no such file is the plan's problem, and told there.
+        Some(plan) => Some(prepare_part(plan, run).map(|(part, _)| part)),
+        None => draft_part(&loaded.draft, run),
+    };
+    match prepared {
+        None => Ok(Vec::new()),
+        Some(Ok(part)) => Ok(of_part(&loaded.draft, &part)),
+        Some(Err(ReadError::Cancelled(cancelled))) => Err(cancelled),
+        Some(Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic))) => Ok(vec![*diagnostic]),
+    }
+}
+
+/// The CAD of what is sound of a plan, if it is there.
+fn draft_part(draft: &Draft, run: &RunContext) -> Option<Result<Part, ReadError>> {
+    let cad = draft.cad.as_ref().filter(|cad| cad.path.is_file())?;
     // Places are compared with the CAD's own surface: where [part] does not tell, the sheet may be of any thickness.
     let prepared_as = |cad_side, thickness_mm| {
         let settings = settings_for(cad_side, thickness_mm, &draft.features, &draft.comparison);
         prepare_cad(cad, &settings, None, run)
     };
-    let prepared = match (&loaded.plan, &draft.part) {
-        (Some(plan), _) => prepare_part(plan, run).map(|(part, _)| part),
-        (None, Some(part)) => prepared_as(part.cad_side, part.thickness_mm).map(|(part, _)| part),
-        (None, None) => match prepared_as(CadSide::Top, 0.0) {
+    let prepared = match &draft.part {
+        Some(part) => prepared_as(part.cad_side, part.thickness_mm).map(|(part, _)| part),
+        None => match prepared_as(CadSide::Top, 0.0) {
             Err(ReadError::Bad(fault)) => prepared_as(CadSide::Solid, 0.0).map_err(|_| ReadError::Bad(fault)),
             other => other,
         }
@@ -72,14 +111,14 @@ fn against_cad(loaded: &Loaded, run: &RunContext) -> Result<Vec<Diagnostic>, Can
             part
         }),
     };
-    match prepared {
-        Ok(part) => {
-            let warnings = part.warnings.iter().map(|w| Diagnostic::warning(w).in_file(&cad.path));
-            Ok(warnings.chain(check_draft(draft, &part)).collect())
-        }
-        Err(ReadError::Cancelled(cancelled)) => Err(cancelled),
-        Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => Ok(vec![*diagnostic]),
-    }
+    Some(prepared)
+}
+
+/// What is odd about the CAD, and the plan's sound points against it.
+fn of_part(draft: &Draft, part: &Part) -> Vec<Diagnostic> {
+    let file = draft.cad.as_ref().map_or(draft.path.as_path(), |cad| cad.path.as_path());
+    let warnings = part.warnings.iter().map(|w| Diagnostic::warning(w).in_file(file));
+    warnings.chain(check_draft(draft, part)).collect()
 }
 
 /// What would keep results from being written, or mix them up with scans.

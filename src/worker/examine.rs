@@ -136,20 +136,25 @@ impl Examiner {
     }
 
     fn identity(&self, scan: &Path, scan_sha256: Option<String>) -> Identity {
-        let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Identity {
-            part_name: self.plan.part.name.clone(),
-            part_number: self.plan.part.number.clone(),
-            part_revision: self.plan.part.revision.clone(),
-            plan_file: name(&self.plan.path),
-            plan_sha256: self.plan.sha256.clone(),
-            cad_file: self.plan.cad.file.clone(),
-            cad_sha256: self.part.cad_sha256.clone(),
-            cad_triangles: self.part.triangles_in_file,
-            scan_file: name(scan),
-            scan_sha256,
-            scan_taken: taken(&self.plan.scans.taken, scan).ok().flatten(),
-        }
+        identity_of(&self.plan, &self.part, scan, scan_sha256)
+    }
+}
+
+/// Who and what a scan is inspected by.
+pub(super) fn identity_of(plan: &Plan, part: &Part, scan: &Path, scan_sha256: Option<String>) -> Identity {
+    let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    Identity {
+        part_name: plan.part.name.clone(),
+        part_number: plan.part.number.clone(),
+        part_revision: plan.part.revision.clone(),
+        plan_file: name(&plan.path),
+        plan_sha256: plan.sha256.clone(),
+        cad_file: plan.cad.file.clone(),
+        cad_sha256: part.cad_sha256.clone(),
+        cad_triangles: part.triangles_in_file,
+        scan_file: name(scan),
+        scan_sha256,
+        scan_taken: taken(&plan.scans.taken, scan).ok().flatten(),
     }
 }
 

@@ -5,20 +5,25 @@
 mod arrivals;
 mod check;
 pub mod clock;
+#[cfg(test)]
+mod editing_tests;
 mod examine;
 mod inherited;
 pub mod names;
+pub mod plan_file;
 pub mod request;
 pub mod results;
 pub mod scans;
 pub mod sequence;
+mod trial;
 pub mod watch;
 mod words;
 
-pub use check::{check_plan, foretell_plan};
+pub use check::{check_document, check_plan, foretell_document, foretell_plan, prepare_document};
 pub use examine::{Examiner, part_settings, prepare_part};
 pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
 pub use sequence::run_sequence;
+pub use trial::{NoTrial, Trial, try_plan};
 pub use words::one_line;
 
 use crate::diagnostic::Diagnostic;
