@@ -14,6 +14,7 @@ mod changes;
 mod csv;
 mod edit_error;
 mod fields;
+mod forms;
 mod history;
 mod import;
 mod keys;
@@ -40,6 +41,7 @@ pub use changes::Change;
 pub use csv::{CsvStyle, csv_of_points};
 pub use edit_error::EditError;
 pub use fields::{List, PointSpec, RowInfo};
+pub use forms::{FORM, Holds, LeftOut, RowKey, Setting, row_form};
 pub use history::{Step, Verb};
 pub use import::{Import, ImportedRow, Rest, RowChange};
 pub use keys::{LISTED_KEYS, SETTINGS};
@@ -123,9 +125,11 @@ impl Document {
         self.saved.as_ref().map_or("", |saved| saved.text.as_str())
     }
 
-    /// Notes that the text now lies on the disk, in these bytes.
+    /// Notes that these bytes of the plan now lie on the disk. What was edited while they were written stays unsaved.
     pub fn mark_saved(&mut self, bytes: &[u8]) {
-        self.saved = Some(Saved { text: self.text.clone(), sha256: load::sha256_hex(&[bytes]) });
+        if let Ok((_, text)) = Layout::read(bytes, &self.path) {
+            self.saved = Some(Saved { text, sha256: load::sha256_hex(&[bytes]) });
+        }
         self.history.end_gesture();
     }
 

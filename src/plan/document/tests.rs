@@ -331,6 +331,21 @@ fn a_new_plan_is_sound_once_its_points_are_there() {
     );
 }
 
+/// A plan may be saved on another thread while it is edited on.
+#[test]
+fn what_is_edited_while_the_plan_is_written_stays_unsaved() {
+    fn goes_to_threads<T: Send + Sync>(_: &T) {}
+    let mut document = open(FULL);
+    goes_to_threads(&document);
+    document.rename(POINTS, 0, "P07").unwrap();
+    let written = document.bytes();
+    document.rename(POINTS, 0, "P08").unwrap();
+    document.mark_saved(&written);
+    assert_eq!((document.is_modified(), words(&document)), (true, vec!["P08: was P07".to_owned()]));
+    document.undo().unwrap();
+    assert!(!document.is_modified());
+}
+
 #[test]
 fn windows_line_ends_and_marks_stay() {
     let text = format!("\u{feff}{}", FULL.replace('\n', "\r\n"));
