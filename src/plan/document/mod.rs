@@ -16,6 +16,8 @@ mod edit_error;
 mod fields;
 mod forms;
 mod history;
+#[cfg(test)]
+mod hostile_tests;
 mod import;
 mod keys;
 mod layout;
