@@ -36,8 +36,8 @@ enum Column {
 pub(super) enum Decimals {
     /// With a decimal point.
     Point,
-    /// With a decimal point, or with a comma where no comma parts the cells: a table from a spreadsheet. Names of columns may be
-    /// written with capitals.
+    /// With a decimal point, or with a comma where no comma parts the cells: a table from a spreadsheet. Names of columns,
+    /// kinds and methods may be written with capitals.
     Spreadsheet,
 }
 
@@ -61,7 +61,7 @@ pub(super) fn read(bytes: &[u8], problems: &Problems, decimals: Decimals) -> Vec
     let spreadsheet = decimals == Decimals::Spreadsheet;
     let header = if spreadsheet { header.to_lowercase() } else { header.to_owned() };
     let Some(columns) = read_header(&header, separator, header_line, problems) else { return Vec::new() };
-    let table = Columns { separator, columns, comma: spreadsheet && separator != Some(',') };
+    let table = Columns { separator, columns, comma: spreadsheet && separator != Some(','), capitals: spreadsheet };
     let mut points = Vec::new();
     for (line, row) in rows {
         points.extend(read_row(row, &table, line, problems));
@@ -76,6 +76,8 @@ struct Columns {
     columns: Vec<Column>,
     /// Whether a number may have a decimal comma.
     comma: bool,
+    /// Whether the plan's own words may have capitals.
+    capitals: bool,
 }
 
 fn read_header(header: &str, separator: Option<char>, line: usize, problems: &Problems) -> Option<Vec<Column>> {
@@ -165,8 +167,8 @@ fn column(name: &str) -> Option<Column> {
 
 /// Turns a row into the table that the plan would have held, and reads it as such.
 fn read_row(row: &str, table: &Columns, line: usize, problems: &Problems) -> Option<ReadPoint> {
-    let Columns { separator, columns, comma } = table;
-    let (separator, comma) = (*separator, *comma);
+    let Columns { separator, columns, comma, capitals } = table;
+    let (separator, comma, capitals) = (*separator, *comma, *capitals);
     let number = |cell: &str| number(cell, comma);
     let Some(cells) = cells(row, separator) else {
         problems.error(
@@ -194,6 +196,9 @@ fn read_row(row: &str, table: &Columns, line: usize, problems: &Problems) -> Opt
             continue;
         }
         match column {
+            Column::Text(key) if capitals && *key != "name" => {
+                drop(table.insert(key, toml_edit::value(cell.to_lowercase())));
+            }
             Column::Text(key) => drop(table.insert(key, toml_edit::value(cell))),
             Column::Number(key) => drop(table.insert(key, toml_edit::Item::Value(number(cell)))),
             Column::Triple(key) => drop(table.insert(key, toml_edit::Item::Value(triple(cell)))),

@@ -116,29 +116,29 @@ impl Document {
         })
     }
 
-    /// Leaves a key out, so that its default holds.
+    /// Leaves a key out, so that its default holds; a key that no plan has is taken out as well.
     ///
     /// # Errors
-    /// An unknown key, a text that is no TOML.
+    /// An unknown table, a text that is no TOML.
     pub fn remove_setting(&mut self, table: &str, key: &str) -> Result<(), EditError> {
-        let table = known(table, key)?;
+        let named = SETTINGS.iter().find(|(name, _)| *name == table);
+        let unknown = || EditError::UnknownKey { table: table.to_owned(), key: key.to_owned() };
+        let (table, _) = named.ok_or_else(unknown)?;
         if self.setting(table, key).is_none() {
             return Ok(());
         }
-        let step = Step::new(Verb::Remove, words::setting(table, key));
-        self.edit(step, |tree| {
+        let what = if is_setting(table, key) { words::setting(table, key) } else { key };
+        self.edit(Step::new(Verb::Remove, what), |tree| {
             take(section(tree, table)?, key);
             Ok(())
         })
     }
 
-    /// Leaves out a whole table that may be left out, such as `[rig]`, with its comments.
+    /// Leaves out a whole table, such as `[rig]`, with its comments; also one that no plan has.
     ///
     /// # Errors
-    /// An unknown table, a text that is no TOML.
+    /// A text that is no TOML.
     pub fn remove_table(&mut self, table: &str) -> Result<(), EditError> {
-        let known = SETTINGS.iter().find(|(name, _)| *name == table);
-        let (table, _) = known.ok_or_else(|| EditError::UnknownKey { table: table.to_owned(), key: String::new() })?;
         self.edit(Step::new(Verb::Remove, format!("[{table}]")), |tree| {
             tree.remove(table);
             Ok(())

@@ -101,7 +101,7 @@ fn tables_of_points_come_back_in_every_style() {
 fn an_import_tells_what_it_would_do_and_every_fault() {
     let mut document = open(FULL);
     let table = "Name\tKind\tx\ty\tz\ti\tj\tk\tLower_mm\tUpper_mm\r\nP01\tsurface\t0\t0\t5,0\t0\t0\t1\t-0,25\t0,5\r\n\
-        P02\tsurface\t10,5\t0\t5\t0\t0\t1\t-0,5\t0,5\r\n";
+        P02\tSurface\t10,5\t0\t5\t0\t0\t1\t-0,5\t0,5\r\n";
     let import = document.read_import(table.as_bytes(), Path::new("pasted")).unwrap();
     assert_eq!(import.problems, []);
     let told: Vec<String> =

@@ -93,6 +93,12 @@ fn every_setting_can_be_written_read_left_out_and_taken_back() {
             }
         }
     }
+    let slips = FULL.replacen("revision", "revison", 1).replacen("[rig]", "[rigg]", 1);
+    let mut document = open(&slips);
+    assert_eq!(errors(&document).len(), 2);
+    document.remove_setting("part", "revison").unwrap();
+    document.remove_table("rigg").unwrap();
+    assert_eq!((errors(&document), document.undo_step().unwrap().to_string()), (Vec::new(), "Remove [rigg]".into()));
     let unknown = open(FULL).set_setting("part", "thicknes", &FieldValue::Number(1.0)).unwrap_err();
     assert_eq!(unknown.to_string(), "found no setting [part] thicknes in plans");
     let nan = open(FULL).set_setting("part", "thickness_mm", &FieldValue::Number(f64::NAN)).unwrap_err();
