@@ -104,8 +104,8 @@ impl Screen {
                     }
                 }
             }
-            Event::Prepared { part, cache } => {
-                for warning in part {
+            Event::Prepared { part, cache, .. } => {
+                for warning in &part.warnings {
                     self.note(format!("warning: {warning}"));
                 }
                 match cache {
@@ -122,7 +122,7 @@ impl Screen {
                     bar.set_message(format!("{}, {}, {}", self.part, stage.words(), self.scan));
                 }
             }
-            Event::Finished { result, files } => {
+            Event::Finished { result, files, .. } => {
                 self.files.extend(files);
                 self.above(|| terminal::line(one_line(&result)));
                 if let Outcome::Refused(refusal) = &result.outcome {

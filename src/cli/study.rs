@@ -139,7 +139,7 @@ impl Screen {
                 }
             }
             Event::Prepared { part, .. } if !self.manner.quiet => {
-                part.iter().for_each(|warning| terminal::note(format!("warning: {warning}")));
+                part.warnings.iter().for_each(|warning| terminal::note(format!("warning: {warning}")));
             }
             Event::Started { index, of, .. } => self.begin(index, of),
             Event::Stage(stage) => self.with_bar(|bar, scan| bar.set_message(format!("{scan}, {}", stage.words()))),

@@ -17,6 +17,7 @@ use crate::simulate::{RigModel, ScanTruth, Series};
 use crate::worker::scans::{Links, list_scans};
 use crate::worker::{Event, Examiner, Listener, StopSwitch, prepare_part};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The belt around a simulated part, mm: enough to find its plane, and no more rays than that needs.
 const BELT_MARGIN_MM: f64 = 20.0;
@@ -64,7 +65,8 @@ fn prepare(
         Err(ReadError::Cancelled(_)) => return Ok(None),
         Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => return Err(Some(diagnostic)),
     };
-    listener(Event::Prepared { part: part.warnings.clone(), cache });
+    let (plan, part) = (Arc::new(plan), Arc::new(part));
+    listener(Event::Prepared { plan: plan.clone(), part: part.clone(), cache });
     let against_cad = check_against_part(&plan, &part);
     let unfit = against_cad.iter().any(|p| p.severity == Severity::Error);
     listener(Event::Problems(against_cad));

@@ -60,8 +60,8 @@ impl Sequence<'_> {
         let scan = &file.path;
         (self.listener)(Event::Started { index: watcher.done + 1, of: None, scan: scan.clone() });
         match self.one_scan(scan, Some(file))? {
-            ScanEnd::Done(outcome) => {
-                summary.count(&outcome);
+            ScanEnd::Done(result) => {
+                summary.count(&result.outcome);
                 watcher.done += 1;
                 if watcher.unwritten.remove(scan).is_some() && watcher.unwritten.is_empty() {
                     (self.listener)(Event::ResultsBack);

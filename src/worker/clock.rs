@@ -3,7 +3,7 @@
 use crate::run::Stage;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Watches the stages of one scan.
 #[derive(Debug)]
@@ -34,6 +34,11 @@ impl StageClock {
             *stages.entry(*stage).or_insert(0.0) += (end - *begin).as_secs_f64() * 1e3;
         }
         (stages, (now - self.started).as_secs_f64() * 1e3)
+    }
+
+    /// Since the scan was begun.
+    pub fn elapsed(&self) -> Duration {
+        self.started.elapsed()
     }
 
     /// A panic in a job never leaves the list half-changed: a push either happened or not.

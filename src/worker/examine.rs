@@ -10,14 +10,15 @@ use crate::plan::{CadSettings, CadSide, ComparisonPoint, Feature, Plan};
 use crate::run::{Cancelled, RunContext, Stage};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Plan and part, to which every scan of a sequence is held.
 #[derive(Debug)]
 pub struct Examiner {
     /// The plan.
-    pub plan: Plan,
+    pub plan: Arc<Plan>,
     /// Its CAD.
-    pub part: Part,
+    pub part: Arc<Part>,
 }
 
 /// The bytes of a scan, read once.
@@ -50,14 +51,19 @@ pub(super) fn load(scan: &Path, run: &RunContext) -> Result<Result<ScanBytes, Bo
 impl Examiner {
     /// The result of a scan's file; a file that cannot be read, or ends in the middle, is refused.
     pub fn inspect_file(&self, scan: &Path, run: &RunContext) -> Result<InspectionResult, Cancelled> {
+        Ok(self.look_again(scan, run)?.result)
+    }
+
+    /// The same with its points, for who wants to show them.
+    pub fn look_again(&self, scan: &Path, run: &RunContext) -> Result<Inspected, Cancelled> {
         let loaded = match load(scan, run)? {
             Ok(loaded) => loaded,
-            Err(fault) => return Ok(self.refused(scan, None, &fault).result),
+            Err(fault) => return Ok(self.refused(scan, None, &fault)),
         };
         let sha256 = loaded.sha256.clone();
         Ok(match self.examine(scan, loaded, run)? {
-            Examined::Done(inspected) => inspected.result,
-            Examined::CutOff(fault) => self.refused(scan, Some(sha256), &fault).result,
+            Examined::Done(inspected) => *inspected,
+            Examined::CutOff(fault) => self.refused(scan, Some(sha256), &fault),
         })
     }
 

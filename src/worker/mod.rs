@@ -28,11 +28,15 @@ pub use words::one_line;
 
 use crate::diagnostic::Diagnostic;
 use crate::inspect::InspectionResult;
-use crate::part::CacheUse;
+use crate::part::{CacheUse, Part};
+use crate::plan::Plan;
 use crate::run::Stage;
+use crate::scan::ConditionedScan;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// What a job tells while it runs.
 #[derive(Debug, Clone)]
@@ -41,8 +45,10 @@ pub enum Event {
     Problems(Vec<Diagnostic>),
     /// The CAD is ready.
     Prepared {
-        /// What somebody should know of the CAD.
-        part: Vec<String>,
+        /// The plan that every scan is held to from now on.
+        plan: Arc<Plan>,
+        /// Its CAD, with what somebody should know of it.
+        part: Arc<Part>,
         /// From the cache, or built.
         cache: CacheUse,
     },
@@ -60,9 +66,13 @@ pub enum Event {
     /// A scan is done and its reports are written.
     Finished {
         /// Its result.
-        result: Box<InspectionResult>,
+        result: Arc<InspectionResult>,
+        /// Its points with their classes, for who wants to show them; `None` when it was refused before that.
+        scan: Option<Arc<ConditionedScan>>,
         /// The files written.
         files: Vec<PathBuf>,
+        /// How long it took, reading to writing.
+        took: Duration,
     },
     /// The folder is being watched.
     Watching {

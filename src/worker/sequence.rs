@@ -10,13 +10,14 @@ use super::watch::{Listed, NotYet};
 use super::{Event, Listener};
 use crate::diagnostic::{Diagnostic, ReadError, Severity};
 use crate::inspect::check_against_part;
-use crate::inspect::{Inspected, Outcome};
+use crate::inspect::{Inspected, InspectionResult};
 use crate::plan;
 use crate::run::{Cancelled, RunContext, Stage};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Runs the whole sequence on this thread. Everything worth knowing goes to the listener as it happens.
 pub fn run_sequence(request: &SequenceRequest, stop: &StopSwitch, listener: Listener) -> SequenceSummary {
@@ -51,7 +52,7 @@ pub(super) struct Sequence<'a> {
 /// How one scan of the sequence ended.
 pub(super) enum ScanEnd {
     /// Its reports are written.
-    Done(Outcome),
+    Done(Arc<InspectionResult>),
     /// Watching: the same content was inspected before.
     Known,
     /// Watching: there is nothing to inspect yet; in words, if it needs any.
@@ -96,7 +97,8 @@ impl<'a> Sequence<'a> {
             Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => return Err(Some(diagnostic)),
         };
         let (_, prepare_ms) = clock.milliseconds();
-        listener(Event::Prepared { part: part.warnings.clone(), cache });
+        let (plan, part) = (Arc::new(plan), Arc::new(part));
+        listener(Event::Prepared { plan: plan.clone(), part: part.clone(), cache });
         let against_cad = check_against_part(&plan, &part);
         let unfit = against_cad.iter().any(|p| p.severity == Severity::Error);
         listener(Event::Problems(against_cad));
@@ -141,7 +143,7 @@ impl<'a> Sequence<'a> {
             }
             (self.listener)(Event::Started { index: index + 1, of: Some(of), scan: scan.clone() });
             match self.one_scan(scan, None) {
-                Ok(ScanEnd::Done(outcome)) => summary.count(&outcome),
+                Ok(ScanEnd::Done(result)) => summary.count(&result.outcome),
                 Ok(_) => {}
                 Err(diagnostic) => self.unwritten(scan, diagnostic, summary),
             }
@@ -244,9 +246,10 @@ impl<'a> Sequence<'a> {
             (self.listener)(Event::Problems(vec![Diagnostic::warning(message).in_file(scan).with_help(help)]));
         }
         self.append_timings(scan, clock);
-        let outcome = inspected.result.outcome.clone();
-        (self.listener)(Event::Finished { result: Box::new(inspected.result), files });
-        Ok(ScanEnd::Done(outcome))
+        let (result, points) = (Arc::new(inspected.result), inspected.scan.map(Arc::new));
+        let took = clock.elapsed();
+        (self.listener)(Event::Finished { result: result.clone(), scan: points, files, took });
+        Ok(ScanEnd::Done(result))
     }
 
     /// Times are for engineers: a line that is lost does not stop production.
