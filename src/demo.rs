@@ -2,7 +2,10 @@
 //!
 //! The files are made by `simulate::demo`; here they only lie.
 
+use crate::diagnostic::Diagnostic;
+use crate::report::atomic;
 use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 
 /// The demo's plan as it lies in the repository.
 const PLAN: &str = include_str!("../settings/demo.toml");
@@ -29,12 +32,26 @@ pub fn files() -> Vec<(&'static str, Cow<'static, [u8]>)> {
     ]
 }
 
+/// Writes into the folder what of the demo is not there yet; returns its plan. What somebody changed stays as it is.
+pub fn unpack(folder: &Path) -> Result<PathBuf, Diagnostic> {
+    for (name, bytes) in files() {
+        let path = folder.join(name);
+        if path.exists() {
+            continue;
+        }
+        let parent = path.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent)
+            .map_err(|e| Diagnostic::error(format!("the folder cannot be made: {e}")).in_file(parent))?;
+        atomic::write(&path, &bytes)?;
+    }
+    Ok(folder.join("demo.toml"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::LengthUnit;
     use crate::run::RunContext;
-    use std::path::Path;
 
     #[test]
     fn the_folder_is_a_project_of_its_own_and_only_the_last_scan_is_broken() {

@@ -19,6 +19,8 @@ pub mod demo;
 pub mod diagnostic;
 pub mod fit;
 pub mod geometry;
+#[cfg(feature = "gui")]
+pub mod gui;
 pub mod inspect;
 pub mod io;
 pub mod measure;

@@ -144,7 +144,7 @@ fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
         Some(Command::Merge(_)) => Err(not_yet("`merge` (several views of a part made one cloud)")),
         Some(Command::MaskStudy(_)) => Err(not_yet("`mask-study` (thresholds of a merge)")),
-        None => Err(no_window(arguments.plan)),
+        None => window(arguments.plan),
     }
 }
 
@@ -156,10 +156,18 @@ fn internal_fault(fault: &std::panic::PanicHookInfo<'_>) -> Diagnostic {
         .with_help("this is a fault of the program, not of your files; please send this message to the maintainers")
 }
 
-fn no_window(plan: Option<PathBuf>) -> Diagnostic {
+/// Opens the window; returns when it is closed.
+#[cfg(feature = "gui")]
+fn window(plan: Option<PathBuf>) -> Result<Exit, Diagnostic> {
+    crate::gui::open(plan).map(|()| Exit::Good)
+}
+
+/// A program that was built without the window says so.
+#[cfg(not(feature = "gui"))]
+fn window(plan: Option<PathBuf>) -> Result<Exit, Diagnostic> {
     let plan = plan.map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
-    Diagnostic::error("this version has no window yet")
-        .with_help(format!("inspect with `shapeline run {plan}`, or see `shapeline --help`"))
+    Err(Diagnostic::error("this program was built without the window")
+        .with_help(format!("inspect with `shapeline run {plan}`, or see `shapeline --help`")))
 }
 
 /// Planned words that do nothing yet.

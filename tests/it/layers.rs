@@ -17,6 +17,7 @@ const LAYERS: &[&[&str]] = &[
     &["report"],
     &["worker"],
     &["demo", "study"],
+    &["gui"],
     &["cli"],
 ];
 
@@ -212,7 +213,7 @@ fn matrices_are_decomposed_where_they_are_asked_for_nans_first() {
 #[test]
 fn only_the_window_names_window_crates() {
     for Source { room, path, code, .. } in rooms() {
-        for name in ["egui", "eframe", "three_d", "rfd"] {
+        for name in ["egui", "eframe", "egui_extras", "egui_plot", "three_d", "rfd"] {
             assert!(room == "gui" || !code.contains(&format!("{name}::")), "{} names {name}", path.display());
         }
     }

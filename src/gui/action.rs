@@ -1,0 +1,78 @@
+//! What a person can ask of the window. Views collect these; `App` carries them out, after everything is drawn.
+
+use super::settings::ThemeChoice;
+use super::text::Language;
+use std::path::PathBuf;
+
+/// The screens behind the tabs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub enum Screen {
+    /// Is the last part good, and does the line keep up?
+    #[default]
+    Operator,
+    /// Where is it not, and why?
+    Results,
+    /// What of the plan is to change?
+    Engineer,
+    /// Several views of a part made one cloud.
+    Merge,
+}
+
+impl Screen {
+    /// In the order of the tabs, of Ctrl+1 to Ctrl+4.
+    pub const ALL: [Screen; 4] = [Screen::Operator, Screen::Results, Screen::Engineer, Screen::Merge];
+
+    /// Those that this version has.
+    pub const BUILT: [Screen; 2] = [Screen::Operator, Screen::Results];
+
+    /// The key of its name among the texts.
+    pub fn key(self) -> &'static str {
+        match self {
+            Screen::Operator => "bar.operator",
+            Screen::Results => "bar.results",
+            Screen::Engineer => "bar.engineer",
+            Screen::Merge => "bar.merge",
+        }
+    }
+}
+
+/// One thing that was asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Another screen.
+    Show(Screen),
+    /// Open a plan.
+    Open(PathBuf),
+    /// Ask the system for a plan's file.
+    AskForPlan,
+    /// The field for a typed path, open or shut.
+    TypePath(bool),
+    /// Inspect the scans of the plan, or watch their folder.
+    Run,
+    /// Stop after the running part; asked again, at once.
+    Stop,
+    /// Whether a run watches the folder.
+    Watch(bool),
+    /// Look at a finished part: its place in `Facts::parts`. `None` = always the newest.
+    ChoosePart(Option<usize>),
+    /// Look at a comparison point, by its place in the plan.
+    ChoosePoint(Option<usize>),
+    /// Inspect a part again whose points are not kept any more, so that they can be shown. Its place in `Facts::parts`.
+    Fetch(usize),
+    /// Light, dark or as the system.
+    Theme(ThemeChoice),
+    /// Magnify everything.
+    Scale(f32),
+    /// The language of the window.
+    Language(Language),
+    /// The list of shortcuts, open or shut.
+    Help(bool),
+    /// Seconds between two parts of the press, for the plan at hand; `None` = not known.
+    Takt(Option<f64>),
+    /// Begin the counts of a new shift.
+    NewShift,
+    /// Put the messages away.
+    Dismiss,
+    /// The whole screen, or a window.
+    FullScreen,
+}

@@ -1,0 +1,167 @@
+//! The window's loop: `logic` hears the worker and carries out what was asked; `ui` draws and collects what is asked.
+
+use super::action::{Action, Screen};
+use super::bridge::{Bridge, Job};
+use super::facts::{self, Facts};
+use super::operator;
+use super::results::{self, ResultsView};
+use super::scope::{Scope, ViewState};
+use super::settings::Settings;
+use super::text::Words;
+use super::theme::Theme;
+use super::{bar, dialog, fonts, hear, help, keys, messages, perform};
+use crate::diagnostic::Diagnostic;
+use std::path::PathBuf;
+
+/// What a window is opened with.
+#[derive(Debug, Clone, Default)]
+pub struct Setup {
+    /// The plan to open; none = the last one, or else the demo.
+    pub plan: Option<PathBuf>,
+    /// Where settings are kept; `None` = nowhere.
+    pub settings_file: Option<PathBuf>,
+    /// Where the demo project is unpacked to at the first start; `None` = nowhere, and no demo.
+    pub data_folder: Option<PathBuf>,
+}
+
+/// The window without its frame: what eframe and the tests run.
+pub struct App {
+    pub(super) facts: Facts,
+    pub(super) view: ViewState,
+    pub(super) settings: Settings,
+    pub(super) setup: Setup,
+    pub(super) bridge: Bridge,
+    pub(super) dialog: dialog::Dialog,
+    results: ResultsView,
+    actions: Vec<Action>,
+}
+
+impl App {
+    /// A window's content: settings are read and the first plan is being opened when it returns.
+    pub fn new(ctx: &egui::Context, setup: Setup) -> Result<Self, Diagnostic> {
+        let waker = ctx.clone();
+        let bridge = Bridge::start(move || waker.request_repaint())
+            .map_err(|e| Diagnostic::error(format!("the worker cannot be started: {e}")))?;
+        let settings = setup.settings_file.as_deref().map_or_else(Settings::default, Settings::read);
+        ctx.set_theme(settings.theme.preference());
+        let mut app = Self {
+            facts: Facts::default(),
+            view: ViewState::default(),
+            settings,
+            setup,
+            bridge,
+            dialog: dialog::Dialog::default(),
+            results: ResultsView::default(),
+            actions: Vec::new(),
+        };
+        app.open_first();
+        Ok(app)
+    }
+
+    /// What is so; for tests.
+    pub fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    /// What is looked at; for tests.
+    pub fn view(&self) -> &ViewState {
+        &self.view
+    }
+
+    /// What is kept; for tests.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Opens a plan, or asks for anything else, as a press of a button would.
+    pub fn ask(&mut self, action: Action) {
+        self.actions.push(action);
+    }
+
+    /// Hears the worker, then carries out what was asked. Never waits.
+    pub fn logic(&mut self, ctx: &egui::Context) {
+        for event in self.bridge.events() {
+            hear::event(self, event);
+        }
+        if let Some(action) = self.dialog.answer() {
+            self.actions.push(action);
+        }
+        keys::collect(ctx, &self.facts, &self.view, &mut self.actions);
+        dialog::dropped(ctx, &mut self.actions);
+        for action in std::mem::take(&mut self.actions) {
+            perform::action(self, ctx, action);
+        }
+        // Seconds go on while a part is at hand; else nothing moves by itself.
+        if !matches!(self.facts.job, facts::Job::Idle) {
+            ctx.request_repaint_after(std::time::Duration::from_millis(200));
+        }
+    }
+
+    /// Draws the window and collects what is asked in it.
+    pub fn ui(&mut self, ui: &mut egui::Ui) {
+        let scale = self.settings.magnification();
+        if ui.ctx().zoom_factor() != scale {
+            ui.ctx().set_zoom_factor(scale);
+        }
+        let theme = Theme::of(ui.ctx());
+        let mut scope = Scope {
+            facts: &self.facts,
+            view: &self.view,
+            words: Words::of(self.settings.language),
+            theme,
+            settings: &self.settings,
+            actions: &mut self.actions,
+        };
+        let screen = self.view.screen;
+        bar::top_ui(ui, &mut scope);
+        bar::status_ui(ui, &mut scope);
+        messages::message_ui(ui, &mut scope);
+        let frame = egui::Frame::NONE.fill(theme.window);
+        egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| match screen {
+            Screen::Results => results::results_ui(ui, &mut scope, &mut self.results),
+            _ => operator::operator_ui(ui, &mut scope),
+        });
+        help::help_ui(ui, &mut scope);
+        dialog::typed_path_ui(ui, &mut scope);
+        dialog::drop_hint_ui(ui, &scope);
+        if !self.actions.is_empty() {
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// Starts a job of the worker.
+    pub(super) fn begin(&mut self, job: Job) {
+        self.bridge.begin(job);
+    }
+
+    /// Writes what is kept; a folder that cannot be written costs comfort, never work.
+    pub fn keep_settings(&mut self) {
+        if let Some(path) = &self.setup.settings_file
+            && let Err(fault) = self.settings.write(path)
+            && self.facts.message.is_none()
+        {
+            let message = format!("the window's settings cannot be written: {fault}");
+            self.facts.message = Some(Diagnostic::warning(message).in_file(path));
+        }
+    }
+}
+
+/// Fonts and themes; once a context, before its first frame.
+pub fn install(ctx: &egui::Context) {
+    fonts::install(ctx);
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.logic(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        bar::note_window_place(ui.ctx(), &mut self.settings);
+        self.ui(ui);
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.keep_settings();
+    }
+}

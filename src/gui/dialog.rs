@@ -1,0 +1,128 @@
+//! Ways to a plan's file: the system's dialog on a thread of its own, a typed path where that does not open, files dropped.
+
+use super::action::Action;
+use super::fonts;
+use super::scope::Scope;
+use super::theme::size;
+use egui::{Align2, Modal, RichText, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+/// Nobody shuts a dialog that fast: it did not open (no portal, no zenity).
+const NOT_SHOWN: Duration = Duration::from_millis(300);
+
+/// The system's file dialog, while it is open.
+#[derive(Debug, Default)]
+pub(super) struct Dialog {
+    open: Option<Receiver<Answer>>,
+}
+
+#[derive(Debug)]
+struct Answer {
+    path: Option<PathBuf>,
+    after: Duration,
+}
+
+impl Dialog {
+    /// Opens the dialog, in the folder of the plan at hand.
+    pub fn ask(&mut self, ctx: &egui::Context, plan: Option<&Path>) {
+        if self.open.is_some() {
+            return;
+        }
+        let folder = plan.and_then(Path::parent).map(Path::to_path_buf);
+        let (sender, receiver) = channel();
+        let ctx = ctx.clone();
+        let shown = std::thread::Builder::new().name("file dialog".into()).spawn(move || {
+            let begin = Instant::now();
+            let mut dialog = rfd::FileDialog::new().add_filter("TOML", &["toml"]);
+            if let Some(folder) = folder {
+                dialog = dialog.set_directory(folder);
+            }
+            // A panic in the system's dialog closes the channel, and the path is typed.
+            let path = dialog.pick_file();
+            let _ = sender.send(Answer { path, after: begin.elapsed() });
+            ctx.request_repaint();
+        });
+        self.open = shown.is_ok().then_some(receiver);
+    }
+
+    /// What came of it, if it is shut.
+    pub fn answer(&mut self) -> Option<Action> {
+        use std::sync::mpsc::TryRecvError;
+        let answer = match self.open.as_ref()?.try_recv() {
+            Ok(answer) => Some(answer),
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => None,
+        };
+        self.open = None;
+        match answer {
+            Some(Answer { path: Some(path), .. }) => Some(Action::Open(path)),
+            Some(Answer { path: None, after }) if after > NOT_SHOWN => None,
+            _ => Some(Action::TypePath(true)),
+        }
+    }
+}
+
+/// Opens a plan that was dropped on the window.
+pub(super) fn dropped(ctx: &egui::Context, actions: &mut Vec<Action>) {
+    let plan = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_path_buf()).next());
+    if let Some(path) = plan {
+        actions.push(Action::Open(path));
+    }
+}
+
+/// Says what happens when the files that hover over the window are let go.
+pub(super) fn drop_hint_ui(ui: &Ui, scope: &Scope) {
+    if ui.ctx().input(|i| i.raw.hovered_files.is_empty()) {
+        return;
+    }
+    let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));
+    let painter = ui.ctx().layer_painter(layer);
+    let place = ui.ctx().content_rect();
+    painter.rect_filled(place, 0, scope.theme.choice.gamma_multiply(0.9));
+    let text = scope.words.text("dialog.drop");
+    painter.text(place.center(), Align2::CENTER_CENTER, text, fonts::semibold(size::NOW), scope.theme.text);
+}
+
+/// The field for a typed path, and the recent plans.
+pub(super) fn typed_path_ui(ui: &mut Ui, scope: &mut Scope) {
+    if scope.view.typed_path.is_none() {
+        return;
+    }
+    let words = scope.words;
+    let id = egui::Id::unique("typed path");
+    let mut text = ui.ctx().data_mut(|d| d.get_temp::<String>(id)).unwrap_or_default();
+    let mut open = None;
+    let shown = Modal::new(id.with("modal")).show(ui.ctx(), |ui| {
+        ui.set_width(560.0_f32.min(ui.ctx().content_rect().width() - 64.0));
+        ui.heading(words.text("dialog.title"));
+        ui.label(RichText::new(words.text("dialog.no_dialog")).color(scope.theme.quiet));
+        ui.add_space(8.0);
+        let label = ui.label(words.text("dialog.path"));
+        let field = ui.add(TextEdit::singleline(&mut text).desired_width(f32::INFINITY)).labelled_by(label.id);
+        if !field.has_focus() && text.is_empty() {
+            field.request_focus();
+        }
+        let enter = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            let big =
+                |text: &str| egui::Button::new(RichText::new(text).size(size::BAR)).min_size(egui::vec2(120.0, 48.0));
+            if (ui.add(big(words.text("dialog.open"))).clicked() || enter) && !text.trim().is_empty() {
+                open = Some(PathBuf::from(text.trim().trim_matches('"')));
+            }
+            ui.add(big(words.text("dialog.cancel"))).clicked()
+        })
+        .inner
+    });
+    let cancelled = shown.inner || shown.should_close();
+    if let Some(path) = open {
+        text.clear();
+        scope.ask(Action::Open(path));
+    } else if cancelled {
+        text.clear();
+        scope.ask(Action::TypePath(false));
+    }
+    ui.ctx().data_mut(|d| d.insert_temp(id, text));
+}

@@ -1,0 +1,210 @@
+//! What is so: the plan, the part, what was inspected, what the worker does. Only the worker's events change it.
+
+use crate::diagnostic::Diagnostic;
+use crate::inspect::{DeviationMap, InspectionResult, Outcome};
+use crate::part::Part;
+use crate::plan::Plan;
+use crate::run::Stage;
+use crate::scan::ConditionedScan;
+use crate::worker::SequenceSummary;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Bytes of points and maps that are kept for looking at; older parts keep their tables and can be fetched again.
+const KEEP_BYTES: usize = 1 << 30;
+
+/// One inspected part.
+#[derive(Debug, Clone)]
+pub struct FinishedPart {
+    /// Its place in its sequence, from 1.
+    pub index: usize,
+    /// How many its sequence had, unless more may arrive.
+    pub of: Option<usize>,
+    /// Its file.
+    pub scan_path: PathBuf,
+    /// The result. Of an older part without the values of its map; its statistics stay.
+    pub result: Arc<InspectionResult>,
+    /// Its points with their classes, as long as they are kept.
+    pub scan: Option<Arc<ConditionedScan>>,
+    /// The plan it was held to.
+    pub plan: Arc<Plan>,
+    /// The CAD it was held to.
+    pub part: Arc<Part>,
+    /// The files written.
+    pub files: Vec<PathBuf>,
+    /// How long it took.
+    pub took: Duration,
+}
+
+impl FinishedPart {
+    /// The scan's name without folder, as in its result.
+    pub fn scan_name(&self) -> &str {
+        &self.result.identity.scan_file
+    }
+
+    /// The scan's name without its ending.
+    pub fn short_name(&self) -> String {
+        self.scan_path.file_stem().map_or_else(|| self.scan_name().to_owned(), |s| s.to_string_lossy().into_owned())
+    }
+
+    /// Whether its points and its map were let go.
+    pub fn is_thin(&self) -> bool {
+        match &self.result.outcome {
+            Outcome::Measured(inspection) => {
+                self.scan.is_none() || inspection.map.indices.len() != inspection.map.statistics.points
+            }
+            Outcome::Refused(_) => false,
+        }
+    }
+
+    /// Roughly what its points and map take in memory.
+    fn bytes(&self) -> usize {
+        const POSITION_NORMAL_COLOUR_CLASS: usize = 24 + 24 + 3 + 1 + 4;
+        let scan = self.scan.as_ref().map_or(0, |scan| scan.cloud.positions.len() * POSITION_NORMAL_COLOUR_CLASS);
+        let map = match &self.result.outcome {
+            Outcome::Measured(inspection) => inspection.map.indices.len() * 8 + inspection.map.flagged.len() * 4,
+            Outcome::Refused(_) => 0,
+        };
+        scan + map
+    }
+
+    /// The same without points and map.
+    fn thinned(&self) -> Self {
+        let mut result = (*self.result).clone();
+        if let Outcome::Measured(inspection) = &mut result.outcome {
+            inspection.map = DeviationMap { statistics: inspection.map.statistics, ..DeviationMap::default() };
+        }
+        Self { result: Arc::new(result), scan: None, ..self.clone() }
+    }
+}
+
+/// What a sequence does now.
+#[derive(Debug, Clone)]
+pub struct Running {
+    /// It goes on with each scan that arrives.
+    pub watch: bool,
+    /// When it was begun.
+    pub since: Instant,
+    /// The scan at hand; `None` between two of a watched folder, and while plan and CAD are read.
+    pub scan: Option<RunningScan>,
+    /// Stage of the CAD while no scan is at hand.
+    pub stage: Option<Stage>,
+    /// Parts done in this sequence.
+    pub done: usize,
+    /// How many it has, unless more may arrive.
+    pub of: Option<usize>,
+    /// Somebody pressed Stop.
+    pub stopping: bool,
+}
+
+/// The scan at hand.
+#[derive(Debug, Clone)]
+pub struct RunningScan {
+    /// From 1.
+    pub index: usize,
+    /// Its file.
+    pub path: PathBuf,
+    /// What is done with it.
+    pub stage: Option<Stage>,
+    /// When it was begun.
+    pub since: Instant,
+}
+
+/// What the worker does.
+#[derive(Debug, Clone, Default)]
+pub enum Job {
+    /// Nothing.
+    #[default]
+    Idle,
+    /// A plan is read and its CAD prepared.
+    Opening {
+        /// The plan.
+        path: PathBuf,
+        /// The stage of its CAD.
+        stage: Option<Stage>,
+    },
+    /// A sequence, or a watched folder.
+    Running(Running),
+    /// A part is inspected again for its points.
+    Fetching {
+        /// Its place in `Facts::parts`.
+        part: usize,
+    },
+}
+
+/// What is wrong with the surroundings of a watched folder, as long as it lasts.
+#[derive(Debug, Clone, Default)]
+pub struct Troubles {
+    /// The scan folder cannot be reached.
+    pub folder: Option<Diagnostic>,
+    /// Results cannot be written.
+    pub results: Option<Diagnostic>,
+    /// A scan is in sight but not whole.
+    pub waiting: Option<(PathBuf, Diagnostic)>,
+}
+
+/// All that is so.
+#[derive(Debug, Clone, Default)]
+pub struct Facts {
+    /// The plan's file, sound or not.
+    pub plan_path: Option<PathBuf>,
+    /// The plan, if it can be run.
+    pub plan: Option<Arc<Plan>>,
+    /// Its CAD, prepared.
+    pub part: Option<Arc<Part>>,
+    /// Problems of plan, CAD and folders, in the words of the command line.
+    pub problems: Vec<Diagnostic>,
+    /// The scans in the folder when it was last looked at; the error says why it could not be.
+    pub scans: Option<Result<Vec<PathBuf>, Diagnostic>>,
+    /// Every part inspected since the plan was opened, oldest first.
+    pub parts: Vec<Arc<FinishedPart>>,
+    /// What the worker does.
+    pub job: Job,
+    /// What is wrong around a watched folder.
+    pub troubles: Troubles,
+    /// How the last sequence ended.
+    pub last_end: Option<SequenceSummary>,
+    /// A message that nobody put away yet.
+    pub message: Option<Diagnostic>,
+}
+
+impl Facts {
+    /// The sequence under way.
+    pub fn running(&self) -> Option<&Running> {
+        match &self.job {
+            Job::Running(running) => Some(running),
+            _ => None,
+        }
+    }
+
+    /// Adds a part, and lets go of the points of the oldest ones when there are too many. The newest always keeps its own.
+    pub fn push_part(&mut self, part: FinishedPart) {
+        self.parts.push(Arc::new(part));
+        self.let_go(self.parts.len() - 1);
+    }
+
+    /// Puts a part that was fetched again in its place.
+    pub fn replace_part(&mut self, at: usize, part: FinishedPart) {
+        if let Some(place) = self.parts.get_mut(at) {
+            *place = Arc::new(part);
+            self.let_go(at);
+        }
+    }
+
+    /// Thins the oldest parts until the rest is within bounds; `keep` stays.
+    fn let_go(&mut self, keep: usize) {
+        let mut bytes: usize = self.parts.iter().map(|part| part.bytes()).sum();
+        let last = self.parts.len() - 1;
+        for k in 0..self.parts.len() {
+            if bytes <= KEEP_BYTES {
+                return;
+            }
+            let mine = self.parts[k].bytes();
+            if k != keep && k != last && mine > 0 {
+                self.parts[k] = Arc::new(self.parts[k].thinned());
+                bytes -= mine;
+            }
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! The list of shortcuts (F1).
+
+use super::action::Action;
+use super::fonts;
+use super::keys;
+use super::scope::Scope;
+use super::theme::size;
+use egui::{Grid, Modal, RichText, Ui};
+
+/// Shows the list while it is asked for.
+pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
+    if !scope.view.help {
+        return;
+    }
+    let words = scope.words;
+    let shown = Modal::new(egui::Id::unique("help")).show(ui.ctx(), |ui| {
+        ui.heading(words.text("help.title"));
+        ui.add_space(8.0);
+        Grid::new("shortcuts").num_columns(2).spacing([24.0, 8.0]).show(ui, |ui| {
+            for (keys, what) in keys::EVERYWHERE {
+                ui.label(RichText::new(*keys).font(fonts::mono(size::BODY)));
+                ui.label(words.text(what));
+                ui.end_row();
+            }
+        });
+        ui.add_space(8.0);
+        ui.label(RichText::new(crate::report::words::PROGRAM).color(scope.theme.quiet));
+        ui.add_space(8.0);
+        ui.button(RichText::new(words.text("help.close")).size(size::BAR)).clicked()
+    });
+    if shown.inner || shown.should_close() {
+        scope.ask(Action::Help(false));
+    }
+}

@@ -1,0 +1,58 @@
+//! The keyboard: one table, which the keys and the list of shortcuts (F1) share.
+
+use super::action::{Action, Screen};
+use super::facts::Facts;
+use super::scope::ViewState;
+use egui::{Key, Modifiers};
+
+/// Shortcuts that hold on every screen: keys as people read them, and the key of what they do among the texts.
+pub(super) const EVERYWHERE: &[(&str, &str)] = &[
+    ("F5", "help.run"),
+    ("Esc", "help.stop"),
+    ("F1", "help.help"),
+    ("F11", "help.full_screen"),
+    ("Ctrl+O", "help.open"),
+    ("Ctrl+1, Ctrl+2", "help.screens"),
+    ("Page up, Page down", "help.parts"),
+    ("Tab, Enter", "help.controls"),
+];
+
+/// Turns keys into actions.
+pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, actions: &mut Vec<Action>) {
+    let pressed = |modifiers: Modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
+    if pressed(Modifiers::NONE, Key::F1) {
+        actions.push(Action::Help(!view.help));
+    }
+    if pressed(Modifiers::NONE, Key::F5) {
+        actions.push(Action::Run);
+    }
+    if pressed(Modifiers::NONE, Key::F11) {
+        actions.push(Action::FullScreen);
+    }
+    if pressed(Modifiers::COMMAND, Key::O) {
+        actions.push(Action::AskForPlan);
+    }
+    for (key, screen) in [Key::Num1, Key::Num2].into_iter().zip(Screen::BUILT) {
+        if pressed(Modifiers::COMMAND, key) {
+            actions.push(Action::Show(screen));
+        }
+    }
+    // Esc takes away what lies on top before it stops anything.
+    if (view.help || view.typed_path.is_some() || facts.running().is_some()) && pressed(Modifiers::NONE, Key::Escape) {
+        actions.push(match () {
+            () if view.help => Action::Help(false),
+            () if view.typed_path.is_some() => Action::TypePath(false),
+            () => Action::Stop,
+        });
+    }
+    if !facts.parts.is_empty() && view.screen == Screen::Results {
+        let last = facts.parts.len() - 1;
+        let at = view.part.unwrap_or(last).min(last);
+        if pressed(Modifiers::NONE, Key::PageUp) {
+            actions.push(Action::ChoosePart(Some(at.saturating_sub(1))));
+        }
+        if pressed(Modifiers::NONE, Key::PageDown) {
+            actions.push(Action::ChoosePart(Some((at + 1).min(last))));
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The window. Above the worker beside the command line: it shows what the worker tells and computes no result.
+//!
+//! ```text
+//! worker --bridge--> events --hear--> Facts --views--> Actions --perform--> Facts, ViewState, jobs for the worker
+//! ```
+//!
+//! `Facts` are what is so (plan, part, results, what runs); `ViewState` is what is looked at. Views read both through a
+//! `Scope` and push `Action`s; nothing acts in the middle of drawing.
+
+mod action;
+mod app;
+mod bar;
+mod bridge;
+mod dialog;
+mod facts;
+mod fonts;
+mod hear;
+mod help;
+mod keys;
+mod messages;
+mod open;
+mod operator;
+mod perform;
+mod results;
+mod scope;
+mod settings;
+mod text;
+mod theme;
+mod widgets;
+
+pub use action::{Action, Screen};
+pub use app::{App, Setup, install};
+pub use facts::{Facts, FinishedPart, Job, Running, RunningScan, Troubles};
+pub use open::open;
+pub use scope::{Scope, ViewState};
+pub use settings::{Settings, ThemeChoice};
+pub use text::{Language, Words};
+pub use theme::Theme;

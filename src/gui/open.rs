@@ -1,0 +1,64 @@
+//! The window's frame: where it stands, what it is drawn with, what is said when it cannot be.
+
+use super::app::{self, App, Setup};
+use super::settings::{Settings, config_folder, data_folder};
+use crate::diagnostic::Diagnostic;
+use std::path::PathBuf;
+
+/// The smallest window that still shows the verdict and the button.
+const LEAST: [f32; 2] = [480.0, 360.0];
+/// The window of the first start.
+const FIRST: [f32; 2] = [1280.0, 800.0];
+
+/// Opens the window, with a plan if one is given, else the last one, else the demo. Returns when it is closed.
+///
+/// The error: there is no display, no OpenGL, or the worker cannot be started.
+pub fn open(plan: Option<PathBuf>) -> Result<(), Diagnostic> {
+    let shown = plan.as_ref().map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
+    let settings_file = config_folder().map(|folder| folder.join("window.toml"));
+    let settings = settings_file.as_deref().map_or_else(Settings::default, Settings::read);
+    let setup = Setup { plan, settings_file, data_folder: data_folder() };
+    let options = eframe::NativeOptions {
+        viewport: viewport(&settings),
+        renderer: eframe::Renderer::Glow,
+        depth_buffer: 24,
+        ..eframe::NativeOptions::default()
+    };
+    let create: eframe::AppCreator = Box::new(|context| {
+        app::install(&context.egui_ctx);
+        Ok(Box::new(App::new(&context.egui_ctx, setup)?))
+    });
+    eframe::run_native("shapeline", options, create).map_err(|fault| no_window(&fault, &shown))
+}
+
+fn viewport(settings: &Settings) -> egui::ViewportBuilder {
+    let builder =
+        egui::ViewportBuilder::default().with_title("Shapeline").with_app_id("shapeline").with_min_inner_size(LEAST);
+    let scale = settings.magnification();
+    let Some(place) = settings.place else { return builder.with_inner_size(FIRST) };
+    // Kept in points at that scale; the frame is made before egui knows the scale.
+    let builder = builder.with_inner_size(place.size.map(|s| s * scale)).with_maximized(place.maximized);
+    match place.position {
+        Some(position) => builder.with_position(position.map(|p| p * scale)),
+        None => builder,
+    }
+}
+
+fn no_window(fault: &eframe::Error, plan: &str) -> Diagnostic {
+    let help = format!(
+        "`shapeline run {plan}` does the same inspection on the command line, `shapeline --help` lists the rest"
+    );
+    let what = match fault {
+        eframe::Error::AppCreation(inner) => match inner.downcast_ref::<Diagnostic>() {
+            Some(diagnostic) => return diagnostic.clone(),
+            None => format!("the window cannot be opened: {inner}"),
+        },
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+            format!("the window cannot be opened, there is no display: {fault}")
+        }
+        eframe::Error::Glutin(_) | eframe::Error::NoGlutinConfigs(..) | eframe::Error::OpenGL(_) => {
+            format!("the window cannot be opened, OpenGL is missing: {fault}")
+        }
+    };
+    Diagnostic::error(what.replace('\n', " ")).with_help(help)
+}

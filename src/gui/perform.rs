@@ -1,0 +1,147 @@
+//! What was asked for is carried out here, after everything is drawn.
+
+use super::action::{Action, Screen};
+use super::app::App;
+use super::bridge;
+use super::facts::{Facts, Job, Running};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::worker::{SequenceRequest, WatchSettings};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Carries out one action.
+pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
+    match action {
+        Action::Show(screen) => app.view.screen = screen,
+        Action::Open(path) => open(app, path),
+        Action::AskForPlan => app.dialog.ask(ctx, app.facts.plan_path.as_deref()),
+        Action::TypePath(open) => app.view.typed_path = open.then(String::new),
+        Action::Run => run(app),
+        Action::Stop => stop(app),
+        Action::Watch(on) => app.settings.watch = on,
+        Action::ChoosePart(part) => choose_part(app, part),
+        Action::ChoosePoint(point) => app.view.point = point,
+        Action::Fetch(at) => fetch(app, at),
+        Action::Theme(choice) => {
+            app.settings.theme = choice;
+            ctx.set_theme(choice.preference());
+        }
+        Action::Scale(scale) => app.settings.scale = scale,
+        Action::Language(language) => app.settings.language = language,
+        Action::Help(open) => app.view.help = open,
+        Action::Takt(takt) => set_takt(app, takt),
+        Action::NewShift => app.settings.shift = Default::default(),
+        Action::Dismiss => app.facts.message = None,
+        Action::FullScreen => {
+            let full = ctx.input(|i| i.viewport().fullscreen.unwrap_or(false));
+            ctx.send_viewport_cmd(egui::ViewportCommand::Fullscreen(!full));
+        }
+    }
+}
+
+impl App {
+    /// The plan of the first frame: the one that was named, else the last one, else the demo.
+    pub(super) fn open_first(&mut self) {
+        if let Some(path) = self.setup.plan.clone() {
+            return open(self, path);
+        }
+        let last = self.settings.recent.iter().map(|r| r.path.clone()).find(|path| path.is_file());
+        let demo = || self.setup.data_folder.as_deref().map(|folder| crate::demo::unpack(&folder.join("demo")));
+        match last.map(Ok).or_else(demo) {
+            Some(Ok(path)) => open(self, path),
+            Some(Err(fault)) => self.facts.message = Some(fault),
+            None => {}
+        }
+    }
+}
+
+fn open(app: &mut App, path: PathBuf) {
+    if app.facts.running().is_some() {
+        let message = "a sequence is running";
+        let help = "stop it first, then open the other plan";
+        app.facts.message = Some(Diagnostic::warning(message).with_help(help));
+        return;
+    }
+    let path = std::path::absolute(&path).unwrap_or(path);
+    app.settings.remember(&path);
+    app.facts = Facts {
+        plan_path: Some(path.clone()),
+        job: Job::Opening { path: path.clone(), stage: None },
+        ..Facts::default()
+    };
+    app.view.part = None;
+    app.view.point = None;
+    app.view.typed_path = None;
+    app.begin(bridge::Job::Open(path));
+    app.keep_settings();
+}
+
+/// Whether a sequence can be begun; else why not, as a key among the texts.
+pub(super) fn may_run(facts: &Facts) -> Result<&Path, &'static str> {
+    match &facts.job {
+        Job::Opening { .. } => return Err("operator.not_while_opening"),
+        Job::Running(_) => return Err("operator.running_already"),
+        Job::Idle | Job::Fetching { .. } => {}
+    }
+    if facts.problems.iter().any(|p| p.severity == Severity::Error) {
+        return Err("operator.plan_has_errors");
+    }
+    match (&facts.plan, &facts.plan_path) {
+        (Some(_), Some(path)) => Ok(path),
+        _ => Err("operator.no_plan"),
+    }
+}
+
+fn run(app: &mut App) {
+    let Ok(path) = may_run(&app.facts).map(Path::to_path_buf) else { return };
+    let watch = app.settings.watch;
+    let request =
+        SequenceRequest { plan_path: path, watch: watch.then(WatchSettings::default), ..SequenceRequest::default() };
+    let of = match &app.facts.scans {
+        Some(Ok(scans)) if !watch => Some(scans.len()),
+        _ => None,
+    };
+    app.facts.message = None;
+    app.facts.last_end = None;
+    app.facts.job =
+        Job::Running(Running { watch, since: Instant::now(), scan: None, stage: None, done: 0, of, stopping: false });
+    app.view.part = None;
+    app.begin(bridge::Job::Run(request));
+}
+
+fn stop(app: &mut App) {
+    let Job::Running(running) = &mut app.facts.job else { return };
+    if std::mem::replace(&mut running.stopping, true) || running.scan.is_none() {
+        app.bridge.stop_now();
+    } else {
+        app.bridge.stop_after_part();
+    }
+}
+
+fn choose_part(app: &mut App, part: Option<usize>) {
+    app.view.part = part.filter(|k| *k < app.facts.parts.len());
+    if app.view.screen == Screen::Operator && part.is_some() {
+        app.view.screen = Screen::Results;
+    }
+}
+
+fn fetch(app: &mut App, at: usize) {
+    let Some(part) = app.facts.parts.get(at).cloned() else { return };
+    if !matches!(app.facts.job, Job::Idle) || !part.is_thin() {
+        return;
+    }
+    app.facts.job = Job::Fetching { part: at };
+    app.begin(bridge::Job::Fetch {
+        at,
+        scan: part.scan_path.clone(),
+        plan: part.plan.clone(),
+        part: part.part.clone(),
+    });
+}
+
+fn set_takt(app: &mut App, takt: Option<f64>) {
+    let Some(path) = &app.facts.plan_path else { return };
+    if let Some(recent) = app.settings.recent.iter_mut().find(|r| r.path == *path) {
+        recent.takt_s = takt.filter(|t| t.is_finite() && *t > 0.0);
+    }
+}

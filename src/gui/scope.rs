@@ -1,0 +1,50 @@
+//! What a view may look at, and where it puts what was asked for.
+
+use super::action::{Action, Screen};
+use super::facts::{Facts, FinishedPart};
+use super::text::Words;
+use super::theme::Theme;
+use std::sync::Arc;
+
+/// What is looked at: never part of a result, gone with the window.
+#[derive(Debug, Clone, Default)]
+pub struct ViewState {
+    /// The screen.
+    pub screen: Screen,
+    /// The part looked at, by its place in `Facts::parts`; `None` = always the newest.
+    pub part: Option<usize>,
+    /// The comparison point looked at, by its place in the plan.
+    pub point: Option<usize>,
+    /// Whether the list of shortcuts is open.
+    pub help: bool,
+    /// The path being typed, while its field is open.
+    pub typed_path: Option<String>,
+}
+
+/// All that a view gets: facts and view state to read, a list for what was asked.
+pub struct Scope<'a> {
+    /// What is so.
+    pub facts: &'a Facts,
+    /// What is looked at.
+    pub view: &'a ViewState,
+    /// All words.
+    pub words: &'a Words,
+    /// All colours.
+    pub theme: &'static Theme,
+    /// What the person chose to keep.
+    pub settings: &'a super::settings::Settings,
+    /// What was asked for in this frame.
+    pub actions: &'a mut Vec<Action>,
+}
+
+impl Scope<'_> {
+    /// Asks for something.
+    pub fn ask(&mut self, action: Action) {
+        self.actions.push(action);
+    }
+
+    /// The part looked at: the chosen one, else the newest.
+    pub fn part(&self) -> Option<&Arc<FinishedPart>> {
+        self.view.part.and_then(|k| self.facts.parts.get(k)).or_else(|| self.facts.parts.last())
+    }
+}

@@ -1,0 +1,288 @@
+//! What the window keeps from one start to the next: a TOML file of its own in the user's configuration folder.
+
+use super::text::Language;
+use std::path::{Path, PathBuf};
+use toml_edit::{Array, DocumentMut, Item, Table, value};
+
+/// How many plans are remembered.
+const RECENT: usize = 8;
+/// What everything is magnified by.
+pub const SCALES: [f32; 6] = [1.0, 1.25, 1.5, 1.75, 2.0, 2.5];
+
+/// Light or dark.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub enum ThemeChoice {
+    /// As the system says.
+    #[default]
+    System,
+    /// Always light.
+    Light,
+    /// Always dark.
+    Dark,
+}
+
+impl ThemeChoice {
+    /// In the order of the menu.
+    pub const ALL: [ThemeChoice; 3] = [ThemeChoice::System, ThemeChoice::Light, ThemeChoice::Dark];
+
+    /// Its word in the settings; `view.` with it is the key of its text.
+    pub fn code(self) -> &'static str {
+        match self {
+            ThemeChoice::System => "system",
+            ThemeChoice::Light => "light",
+            ThemeChoice::Dark => "dark",
+        }
+    }
+
+    /// As egui says it.
+    pub fn preference(self) -> egui::ThemePreference {
+        match self {
+            ThemeChoice::System => egui::ThemePreference::System,
+            ThemeChoice::Light => egui::ThemePreference::Light,
+            ThemeChoice::Dark => egui::ThemePreference::Dark,
+        }
+    }
+}
+
+/// A plan that was open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recent {
+    /// Its file.
+    pub path: PathBuf,
+    /// Seconds between two parts of its press, where somebody told.
+    pub takt_s: Option<f64>,
+}
+
+/// Where the window was, points; the size is that of its inside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindowPlace {
+    /// Left upper corner, where the system tells.
+    pub position: Option<[f32; 2]>,
+    /// Width and height.
+    pub size: [f32; 2],
+    /// Whether it filled the screen.
+    pub maximized: bool,
+}
+
+/// The parts of a shift by what was said of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ShiftCounts {
+    /// Good ones.
+    pub pass: usize,
+    /// Bad ones.
+    pub fail: usize,
+    /// Ones that nothing can be said of.
+    pub undecided: usize,
+    /// Ones with a point that was not measured.
+    pub incomplete: usize,
+    /// Scans that were refused.
+    pub refused: usize,
+}
+
+impl ShiftCounts {
+    /// All of them.
+    pub fn total(&self) -> usize {
+        self.pass + self.fail + self.undecided + self.incomplete + self.refused
+    }
+}
+
+/// All that is kept.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Settings {
+    /// Light or dark.
+    pub theme: ThemeChoice,
+    /// The language.
+    pub language: Language,
+    /// What everything is magnified by; 0 stands for 1.
+    pub scale: f32,
+    /// Plans, the latest first.
+    pub recent: Vec<Recent>,
+    /// Where the window was.
+    pub place: Option<WindowPlace>,
+    /// Whether a run watches the folder.
+    pub watch: bool,
+    /// The counts since the shift began.
+    pub shift: ShiftCounts,
+}
+
+impl Settings {
+    /// Reads the file; what is missing or odd is as at the first start, for nobody should be kept from work by it.
+    pub fn read(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        Self::parse(&text)
+    }
+
+    fn parse(text: &str) -> Self {
+        let document = text.parse::<DocumentMut>().unwrap_or_default();
+        let word = |key: &str| document.get(key).and_then(Item::as_str);
+        let recent = document.get("recent").and_then(Item::as_array_of_tables);
+        let shift = |key: &str| {
+            let count = document.get("shift").and_then(|t| t.get(key)).and_then(Item::as_integer);
+            count.and_then(|n| usize::try_from(n).ok()).unwrap_or(0)
+        };
+        Self {
+            theme: ThemeChoice::ALL.into_iter().find(|t| word("theme") == Some(t.code())).unwrap_or_default(),
+            language: Language::ALL.into_iter().find(|l| word("language") == Some(l.code())).unwrap_or_default(),
+            scale: number(document.get("scale")).filter(|s| (1.0..=2.5).contains(s)).unwrap_or(1.0),
+            recent: recent.into_iter().flatten().filter_map(recent_of).take(RECENT).collect(),
+            place: document.get("window").and_then(place_of),
+            watch: document.get("watch").and_then(Item::as_bool).unwrap_or(false),
+            shift: ShiftCounts {
+                pass: shift("pass"),
+                fail: shift("fail"),
+                undecided: shift("undecided"),
+                incomplete: shift("incomplete"),
+                refused: shift("refused"),
+            },
+        }
+    }
+
+    /// Writes the file, whole or not at all.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let fault = |d: crate::diagnostic::Diagnostic| std::io::Error::other(d.message);
+        crate::report::atomic::write(path, self.text().as_bytes()).map_err(fault)
+    }
+
+    fn text(&self) -> String {
+        let mut document = DocumentMut::new();
+        document["theme"] = value(self.theme.code());
+        document["language"] = value(self.language.code());
+        document["scale"] = value(f64::from(self.magnification()));
+        document["watch"] = value(self.watch);
+        let mut shift = Table::new();
+        for (key, count) in [
+            ("pass", self.shift.pass),
+            ("fail", self.shift.fail),
+            ("undecided", self.shift.undecided),
+            ("incomplete", self.shift.incomplete),
+            ("refused", self.shift.refused),
+        ] {
+            shift[key] = value(count as i64);
+        }
+        document["shift"] = Item::Table(shift);
+        if let Some(place) = &self.place {
+            let pair = |[a, b]: [f32; 2]| value([f64::from(a), f64::from(b)].into_iter().collect::<Array>());
+            let mut window = Table::new();
+            if let Some(position) = place.position {
+                window["position"] = pair(position);
+            }
+            window["size"] = pair(place.size);
+            window["maximized"] = value(place.maximized);
+            document["window"] = Item::Table(window);
+        }
+        let mut recent = toml_edit::ArrayOfTables::new();
+        for plan in &self.recent {
+            let mut table = Table::new();
+            table["plan"] = value(plan.path.display().to_string());
+            if let Some(takt) = plan.takt_s {
+                table["takt_s"] = value(takt);
+            }
+            recent.push(table);
+        }
+        document["recent"] = Item::ArrayOfTables(recent);
+        document.to_string()
+    }
+
+    /// What everything is magnified by.
+    pub fn magnification(&self) -> f32 {
+        if self.scale > 0.0 { self.scale } else { 1.0 }
+    }
+
+    /// Puts a plan first among the recent ones.
+    pub fn remember(&mut self, path: &Path) {
+        let known = self.recent.iter().position(|r| r.path == path);
+        let takt_s = known.and_then(|k| self.recent.remove(k).takt_s);
+        self.recent.insert(0, Recent { path: path.to_path_buf(), takt_s });
+        self.recent.truncate(RECENT);
+    }
+
+    /// Seconds between two parts of the press at which a plan is used.
+    pub fn takt_s(&self, plan: &Path) -> Option<f64> {
+        self.recent.iter().find(|r| r.path == plan).and_then(|r| r.takt_s)
+    }
+}
+
+fn number(item: Option<&Item>) -> Option<f32> {
+    item.and_then(|i| i.as_float().or_else(|| i.as_integer().map(|n| n as f64))).map(|n| n as f32)
+}
+
+fn recent_of(table: &Table) -> Option<Recent> {
+    let path = PathBuf::from(table.get("plan")?.as_str()?);
+    let takt_s = table.get("takt_s").and_then(Item::as_float).filter(|t| t.is_finite() && *t > 0.0);
+    Some(Recent { path, takt_s })
+}
+
+fn place_of(item: &Item) -> Option<WindowPlace> {
+    let pair = |key: &str| {
+        let array = item.get(key)?.as_array()?;
+        let number = |k: usize| array.get(k).and_then(|v| v.as_float()).filter(|n| n.is_finite()).map(|n| n as f32);
+        Some([number(0)?, number(1)?])
+    };
+    let size = pair("size").filter(|[w, h]| *w >= 320.0 && *h >= 240.0)?;
+    let maximized = item.get("maximized").and_then(Item::as_bool).unwrap_or(false);
+    Some(WindowPlace { position: pair("position"), size, maximized })
+}
+
+/// The user's folder for configuration, for this program.
+pub fn config_folder() -> Option<PathBuf> {
+    user_folder("XDG_CONFIG_HOME", ".config", "APPDATA")
+}
+
+/// The user's folder for data, for this program.
+pub fn data_folder() -> Option<PathBuf> {
+    user_folder("XDG_DATA_HOME", ".local/share", "LOCALAPPDATA")
+}
+
+fn user_folder(unix: &str, below_home: &str, windows: &str) -> Option<PathBuf> {
+    let named = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
+    let base =
+        if cfg!(windows) { named(windows) } else { named(unix).or_else(|| Some(named("HOME")?.join(below_home))) };
+    Some(base?.join("shapeline"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let mut settings = Settings {
+            theme: ThemeChoice::Dark,
+            language: Language::German,
+            scale: 1.5,
+            watch: true,
+            place: Some(WindowPlace { position: Some([10.0, -20.5]), size: [1280.0, 800.0], maximized: true }),
+            shift: ShiftCounts { pass: 3, fail: 1, undecided: 0, incomplete: 2, refused: 5 },
+            ..Settings::default()
+        };
+        settings.remember(Path::new("/plans/a \"b\".toml"));
+        settings.recent[0].takt_s = Some(8.5);
+        settings.remember(Path::new("/plans/c.toml"));
+        assert_eq!(Settings::parse(&settings.text()), settings);
+    }
+
+    #[test]
+    fn odd_files_start_afresh() {
+        let fresh = Settings { scale: 1.0, ..Settings::default() };
+        for text in ["", "not toml [", "theme = 3\nscale = 99.0\n[window]\nsize = [1.0, nan]\n[[recent]]\nplan = 1"] {
+            assert_eq!(Settings::parse(text), fresh, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_plan_opened_again_comes_first_and_keeps_its_takt() {
+        let mut settings = Settings::default();
+        for k in 0..RECENT + 2 {
+            settings.remember(Path::new(&format!("{k}.toml")));
+        }
+        assert_eq!(settings.recent.len(), RECENT);
+        settings.recent[3].takt_s = Some(6.0);
+        let path = settings.recent[3].path.clone();
+        settings.remember(&path);
+        assert_eq!((settings.recent[0].path.clone(), settings.takt_s(&path)), (path, Some(6.0)));
+        assert_eq!(settings.recent.len(), RECENT);
+    }
+}

@@ -1,0 +1,46 @@
+//! Cards, and the bars that stand on them.
+
+use super::words;
+use crate::gui::fonts;
+use crate::gui::theme::{Theme, size};
+use egui::{Align2, CornerRadius, Rect, Stroke, StrokeKind, Ui, pos2};
+
+/// An empty card.
+pub fn card(ui: &Ui, place: Rect, theme: &Theme) {
+    let stroke = Stroke::new(1.0, theme.stroke);
+    ui.painter().rect(place, CornerRadius::same(6), theme.panel, stroke, StrokeKind::Inside);
+}
+
+/// A share of a place's width, filled; 0 to 1.
+pub fn bar(ui: &Ui, place: Rect, share: f32, fill: egui::Color32, theme: &Theme) {
+    let radius = CornerRadius::same(3);
+    ui.painter().rect_filled(place, radius, theme.raised);
+    let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+    if share > 0.0 {
+        let filled = Rect::from_min_max(place.min, pos2(place.left() + share * place.width(), place.bottom()));
+        ui.painter().rect_filled(filled, radius, fill);
+    }
+}
+
+/// Steps side by side with their names below: done, under way, to come. `at` is how many are done.
+pub fn steps(ui: &mut Ui, place: Rect, names: &[&str], at: Option<usize>, theme: &Theme) {
+    let gap = 6.0;
+    let each = (place.width() - gap * (names.len() as f32 - 1.0)) / names.len() as f32;
+    for (k, name) in names.iter().enumerate() {
+        let left = place.left() + k as f32 * (each + gap);
+        let step = Rect::from_min_max(pos2(left, place.top()), pos2(left + each, place.top() + 12.0));
+        let share = match at {
+            Some(now) if k < now => 1.0,
+            // How far a stage has come is not known: half, until the next begins.
+            Some(now) if k == now => 0.5,
+            _ => 0.0,
+        };
+        bar(ui, step, share, theme.accent, theme);
+        let under_way = at == Some(k);
+        let font = if under_way { fonts::semibold } else { fonts::regular };
+        let colour = if under_way { theme.text } else { theme.quiet };
+        let below = Rect::from_min_max(pos2(left, step.bottom() + 5.0), pos2(left + each + gap - 2.0, place.bottom()));
+        let fit = words::fitting_size(ui, name, font, below.width(), size::TABLE, 11.0);
+        words::line(ui, below, Align2::LEFT_TOP, name, font(fit), colour);
+    }
+}

@@ -1,0 +1,54 @@
+//! Words at a place: cut with an ellipsis where they do not fit, known to screen readers and tests by what they say.
+
+use egui::text::{LayoutJob, TextFormat, TextWrapping};
+use egui::{Align2, Color32, FontId, Galley, Rect, Role, Sense, Ui, WidgetInfo};
+use std::sync::Arc;
+
+/// A galley of one row at most as wide as asked.
+fn row(ui: &Ui, text: &str, font: FontId, colour: Color32, width: f32, rows: usize) -> Arc<Galley> {
+    let mut job = LayoutJob::single_section(text.to_owned(), TextFormat::simple(font, colour));
+    job.wrap = TextWrapping { max_width: width, max_rows: rows, break_anywhere: rows == 1, ..TextWrapping::default() };
+    ui.painter().layout_job(job)
+}
+
+/// How wide a text is when nothing limits it.
+pub fn width(ui: &Ui, text: &str, font: FontId) -> f32 {
+    ui.painter().layout_no_wrap(text.to_owned(), font, Color32::PLACEHOLDER).size().x
+}
+
+/// The largest size between two at which a text is no wider than asked; at the smallest it may still be cut.
+pub fn fitting_size(
+    ui: &Ui,
+    text: &str,
+    font: impl Fn(f32) -> FontId,
+    width_limit: f32,
+    largest: f32,
+    least: f32,
+) -> f32 {
+    let wide = width(ui, text, font(largest));
+    if wide <= width_limit { largest } else { (largest * width_limit / wide).floor().max(least) }
+}
+
+/// Writes one line inside a place; returns where it stands.
+pub fn line(ui: &mut Ui, place: Rect, align: Align2, text: &str, font: FontId, colour: Color32) -> Rect {
+    block(ui, place, align, text, font, colour, 1)
+}
+
+/// Writes up to so many lines inside a place; returns where they stand.
+pub fn block(ui: &mut Ui, place: Rect, align: Align2, text: &str, font: FontId, colour: Color32, rows: usize) -> Rect {
+    if text.is_empty() || place.width() < 1.0 {
+        return Rect::from_min_size(place.min, egui::Vec2::ZERO);
+    }
+    let galley = row(ui, text, font, colour, place.width(), rows);
+    let rect = align.align_size_within_rect(galley.size(), place);
+    ui.painter().galley(rect.min, galley, colour);
+    named(ui, rect, text);
+    rect
+}
+
+/// Makes a painted place known by its words.
+pub fn named(ui: &mut Ui, place: Rect, text: &str) {
+    let id = ui.scope_id().with((text, place.min.x as i32, place.min.y as i32));
+    let response = ui.interact(place, id, Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text));
+}
