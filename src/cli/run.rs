@@ -116,7 +116,7 @@ impl Screen {
                     CacheUse::Loaded | CacheUse::NotWanted => {}
                 }
             }
-            Event::Started { index, of, scan } => self.begin(index, of, &scan),
+            Event::Started { index, of, scan, .. } => self.begin(index, of, &scan),
             Event::Stage(stage) => {
                 if let Some(bar) = &self.bar {
                     bar.set_message(format!("{}, {}, {}", self.part, stage.words(), self.scan));

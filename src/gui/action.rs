@@ -2,6 +2,7 @@
 
 use super::settings::ThemeChoice;
 use super::text::Language;
+use crate::diagnostic::Diagnostic;
 use std::path::PathBuf;
 
 /// The screens behind the tabs.
@@ -49,6 +50,8 @@ pub enum Action {
     TypePath(bool),
     /// Inspect the scans of the plan, or watch their folder.
     Run,
+    /// Inspect these scans by the plan at hand.
+    Inspect(Vec<PathBuf>),
     /// Stop after the running part; asked again, at once.
     Stop,
     /// Whether a run watches the folder.
@@ -71,7 +74,9 @@ pub enum Action {
     Takt(Option<f64>),
     /// Begin the counts of a new shift.
     NewShift,
-    /// Put the messages away.
+    /// Show a message.
+    Say(Diagnostic),
+    /// Put the message away.
     Dismiss,
     /// The whole screen, or a window.
     FullScreen,

@@ -2,7 +2,7 @@
 
 use super::action::{Action, Screen};
 use super::bridge::{Bridge, Job};
-use super::facts::{self, Facts};
+use super::facts::Facts;
 use super::operator;
 use super::results::{self, ResultsView};
 use super::scope::{Scope, ViewState};
@@ -92,7 +92,7 @@ impl App {
             perform::action(self, ctx, action);
         }
         // Seconds go on while a part is at hand; else nothing moves by itself.
-        if !matches!(self.facts.job, facts::Job::Idle) {
+        if self.facts.running().is_some_and(|running| running.scan.is_some()) {
             ctx.request_repaint_after(std::time::Duration::from_millis(200));
         }
     }

@@ -4,7 +4,7 @@ use super::action::{Action, Screen};
 use super::fonts;
 use super::scope::Scope;
 use super::settings::{SCALES, Settings, ThemeChoice, WindowPlace};
-use super::text::Language;
+use super::text::{Language, typed_number};
 use super::theme::size;
 use super::widgets::buttons::{self, Weight};
 use super::widgets::words;
@@ -82,7 +82,7 @@ fn menus_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
         let wide = (words::width(ui, text, fonts::semibold(size::BAR)) + 32.0).max(72.0);
         let button = Rect::from_min_max(pos2(right - wide, place.top() + 8.0), pos2(right, place.bottom() - 8.0));
         right = button.left() - 12.0;
-        buttons::with_words(ui, button, Weight::Quiet, text, fonts::semibold(size::BAR), scope.theme)
+        buttons::with_words(ui, key, button, Weight::Quiet, text, fonts::semibold(size::BAR), scope.theme)
     };
     let help = next(ui, "bar.help");
     let view = next(ui, "bar.view");
@@ -153,9 +153,33 @@ fn view_menu_ui(ui: &mut Ui, scope: &mut Scope) {
         }
     }
     ui.separator();
+    takt_ui(ui, scope);
+    if row(ui, false, words.text("view.new_shift")) {
+        scope.ask(Action::NewShift);
+    }
     if row(ui, false, words.text("view.full_screen")) {
         scope.ask(Action::FullScreen);
     }
+}
+
+/// The field for the takt of the press at which the open plan is used; empty = not known.
+fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
+    let Some(plan) = &scope.facts.plan_path else { return };
+    let words = scope.words;
+    let now = scope.settings.takt_s(plan);
+    let id = egui::Id::unique("takt").with(plan);
+    let shown = || now.map(|takt| words.number(takt, 1)).unwrap_or_default();
+    let mut text = ui.ctx().data_mut(|d| d.get_temp::<String>(id)).unwrap_or_else(shown);
+    ui.horizontal(|ui| {
+        let label = ui.label(words.text("view.takt"));
+        let field = egui::TextEdit::singleline(&mut text).desired_width(72.0).font(fonts::mono(size::BAR));
+        ui.add(field.min_size(vec2(72.0, 40.0)).align(egui::Align2::LEFT_CENTER)).labelled_by(label.id);
+    });
+    let typed = typed_number(&text).filter(|takt| *takt > 0.0);
+    if typed != now && (typed.is_some() || text.trim().is_empty()) {
+        scope.ask(Action::Takt(typed));
+    }
+    ui.ctx().data_mut(|d| d.insert_temp(id, text));
 }
 
 /// The line at the bottom: where reports go, and what this shift brought.

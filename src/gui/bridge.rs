@@ -41,7 +41,7 @@ pub enum Job {
         part: Arc<Part>,
     },
     /// A fault on purpose.
-    #[doc(hidden)]
+    #[cfg(test)]
     Panic,
 }
 
@@ -185,6 +185,7 @@ fn carry_out(job: Job, stop: &StopSwitch, teller: &Teller) {
             teller.tell(Event::Ended(summary));
         }
         Job::Fetch { at, scan, plan, part } => fetch(at, scan, Examiner { plan, part }, &stop.now, teller),
+        #[cfg(test)]
         Job::Panic => panic!("a fault on purpose"),
     }));
     if let Err(panic) = done {

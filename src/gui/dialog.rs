@@ -1,16 +1,22 @@
-//! Ways to a plan's file: the system's dialog on a thread of its own, a typed path where that does not open, files dropped.
+//! Ways to a plan's file: the system's dialog on a thread of its own, a typed path where that does not open,
+//! files dropped.
 
 use super::action::Action;
 use super::fonts;
 use super::scope::Scope;
 use super::theme::size;
-use egui::{Align2, Modal, RichText, TextEdit, Ui};
+use super::widgets::cards;
+use crate::diagnostic::Diagnostic;
+use egui::{Align2, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 /// Nobody shuts a dialog that fast: it did not open (no portal, no zenity).
 const NOT_SHOWN: Duration = Duration::from_millis(300);
+
+/// The endings of files that can be scans.
+const SCANS: [&str; 6] = ["ply", "xyz", "txt", "asc", "csv", "pts"];
 
 /// The system's file dialog, while it is open.
 #[derive(Debug, Default)]
@@ -64,11 +70,27 @@ impl Dialog {
     }
 }
 
-/// Opens a plan that was dropped on the window.
+/// Opens a plan that was dropped on the window, or inspects scans.
 pub(super) fn dropped(ctx: &egui::Context, actions: &mut Vec<Action>) {
-    let plan = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_path_buf()).next());
-    if let Some(path) = plan {
-        actions.push(Action::Open(path));
+    let files: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_path_buf()).collect());
+    if !files.is_empty() {
+        actions.push(for_files(files));
+    }
+}
+
+/// What to do with files, told by their endings: one plan, or else scans.
+fn for_files(files: Vec<PathBuf>) -> Action {
+    let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    if let Some(plan) = files.iter().find(|path| ending(path) == "toml") {
+        return Action::Open(plan.clone());
+    }
+    match files.iter().find(|path| !SCANS.contains(&&*ending(path))) {
+        None => Action::Inspect(files),
+        Some(other) => {
+            let help = format!("drop a plan (.toml) to open it, or scans ({}) to inspect them", SCANS.join(", "));
+            let message = Diagnostic::warning("this file is neither a plan nor a scan").in_file(other);
+            Action::Say(message.with_help(help))
+        }
     }
 }
 
@@ -94,7 +116,7 @@ pub(super) fn typed_path_ui(ui: &mut Ui, scope: &mut Scope) {
     let id = egui::Id::unique("typed path");
     let mut text = ui.ctx().data_mut(|d| d.get_temp::<String>(id)).unwrap_or_default();
     let mut open = None;
-    let shown = Modal::new(id.with("modal")).show(ui.ctx(), |ui| {
+    let shown = cards::modal(ui, id.with("modal")).show(ui.ctx(), |ui| {
         ui.set_width(560.0_f32.min(ui.ctx().content_rect().width() - 64.0));
         ui.heading(words.text("dialog.title"));
         ui.label(RichText::new(words.text("dialog.no_dialog")).color(scope.theme.quiet));
@@ -125,4 +147,19 @@ pub(super) fn typed_path_ui(ui: &mut Ui, scope: &mut Scope) {
         scope.ask(Action::TypePath(false));
     }
     ui.ctx().data_mut(|d| d.insert_temp(id, text));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_are_dropped_do_what_their_endings_say() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        assert_eq!(for_files(paths(&["a.ply", "b.toml"])), Action::Open("b.toml".into()));
+        assert_eq!(for_files(paths(&["a.PLY", "b.xyz"])), Action::Inspect(paths(&["a.PLY", "b.xyz"])));
+        assert!(
+            matches!(for_files(paths(&["a.ply", "part.stl"])), Action::Say(d) if d.file == Some("part.stl".into()))
+        );
+    }
 }

@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 /// Bytes of points and maps that are kept for looking at; older parts keep their tables and can be fetched again.
 const KEEP_BYTES: usize = 1 << 30;
 
+/// Parts that are remembered at all; the reports of older ones stand in the results folder.
+const MOST_PARTS: usize = 1000;
+
 /// One inspected part.
 #[derive(Debug, Clone)]
 pub struct FinishedPart {
@@ -90,10 +93,14 @@ pub struct Running {
     pub scan: Option<RunningScan>,
     /// Stage of the CAD while no scan is at hand.
     pub stage: Option<Stage>,
+    /// The scans of this run, where somebody named them; empty = the plan's.
+    pub named: Vec<PathBuf>,
     /// Parts done in this sequence.
     pub done: usize,
     /// How many it has, unless more may arrive.
     pub of: Option<usize>,
+    /// How many wait behind the scan at hand.
+    pub waiting: usize,
     /// Somebody pressed Stop.
     pub stopping: bool,
 }
@@ -157,7 +164,7 @@ pub struct Facts {
     pub problems: Vec<Diagnostic>,
     /// The scans in the folder when it was last looked at; the error says why it could not be.
     pub scans: Option<Result<Vec<PathBuf>, Diagnostic>>,
-    /// Every part inspected since the plan was opened, oldest first.
+    /// The parts inspected since the plan was opened, oldest first, the last thousand of them.
     pub parts: Vec<Arc<FinishedPart>>,
     /// What the worker does.
     pub job: Job,
@@ -179,9 +186,15 @@ impl Facts {
     }
 
     /// Adds a part, and lets go of the points of the oldest ones when there are too many. The newest always keeps its own.
-    pub fn push_part(&mut self, part: FinishedPart) {
+    /// Returns whether the very oldest part was forgotten, so that all places moved by one.
+    pub fn push_part(&mut self, part: FinishedPart) -> bool {
+        let forgotten = self.parts.len() >= MOST_PARTS;
+        if forgotten {
+            self.parts.remove(0);
+        }
         self.parts.push(Arc::new(part));
         self.let_go(self.parts.len() - 1);
+        forgotten
     }
 
     /// Puts a part that was fetched again in its place.

@@ -56,10 +56,11 @@ fn sequence(app: &mut App, event: worker::Event) {
             app.facts.plan = Some(plan);
             app.facts.part = Some(part);
         }
-        Told::Started { index, of, scan } => {
+        Told::Started { index, of, waiting, scan } => {
             app.facts.troubles.waiting.take_if(|(waiting, _)| *waiting == scan);
             if let Job::Running(running) = &mut app.facts.job {
                 running.of = of;
+                running.waiting = waiting;
                 running.scan = Some(RunningScan { index, path: scan, stage: None, since: Instant::now() });
             }
         }
@@ -118,7 +119,9 @@ fn finished(
     let index = at_hand.as_ref().map_or(running.done, |s| s.index);
     let scan_path = at_hand.map_or_else(|| PathBuf::from(&result.identity.scan_file), |s| s.path);
     let finished = FinishedPart { index, of: running.of, scan_path, result, scan, plan, part, files, took };
-    app.facts.push_part(finished);
+    if app.facts.push_part(finished) {
+        app.view.part = app.view.part.map(|at| at.saturating_sub(1));
+    }
 }
 
 fn count(shift: &mut ShiftCounts, outcome: &Outcome) {

@@ -5,7 +5,8 @@ use super::fonts;
 use super::keys;
 use super::scope::Scope;
 use super::theme::size;
-use egui::{Grid, Modal, RichText, Ui};
+use super::widgets::cards;
+use egui::{Grid, RichText, Ui, vec2};
 
 /// Shows the list while it is asked for.
 pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
@@ -13,7 +14,7 @@ pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
         return;
     }
     let words = scope.words;
-    let shown = Modal::new(egui::Id::unique("help")).show(ui.ctx(), |ui| {
+    let shown = cards::modal(ui, egui::Id::unique("help")).show(ui.ctx(), |ui| {
         ui.heading(words.text("help.title"));
         ui.add_space(8.0);
         Grid::new("shortcuts").num_columns(2).spacing([24.0, 8.0]).show(ui, |ui| {
@@ -26,7 +27,8 @@ pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
         ui.add_space(8.0);
         ui.label(RichText::new(crate::report::words::PROGRAM).color(scope.theme.quiet));
         ui.add_space(8.0);
-        ui.button(RichText::new(words.text("help.close")).size(size::BAR)).clicked()
+        let close = RichText::new(words.text("help.close")).size(size::BAR);
+        ui.add(egui::Button::new(close).min_size(vec2(120.0, 48.0))).clicked()
     });
     if shown.inner || shown.should_close() {
         scope.ask(Action::Help(false));

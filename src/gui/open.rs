@@ -26,6 +26,7 @@ pub fn open(plan: Option<PathBuf>) -> Result<(), Diagnostic> {
     };
     let create: eframe::AppCreator = Box::new(|context| {
         app::install(&context.egui_ctx);
+        come_into_view(context);
         Ok(Box::new(App::new(&context.egui_ctx, setup)?))
     });
     eframe::run_native("shapeline", options, create).map_err(|fault| no_window(&fault, &shown))
@@ -41,6 +42,23 @@ fn viewport(settings: &Settings) -> egui::ViewportBuilder {
     match place.position {
         Some(position) => builder.with_position(position.map(|p| p * scale)),
         None => builder,
+    }
+}
+
+/// A window whose screen is gone comes to the main one.
+fn come_into_view(context: &eframe::CreationContext) {
+    let Some(window) = context.winit_window() else { return };
+    let Ok(corner) = window.outer_position() else { return };
+    let inside = |at: i32, from: i32, length: u32| (from..from.saturating_add_unsigned(length)).contains(&at);
+    // The bar with which it can be moved must be seen, if only a little of it.
+    let seen = window.available_monitors().any(|monitor| {
+        let (from, size) = (monitor.position(), monitor.size());
+        let width = window.outer_size().width.cast_signed();
+        let left_or_right = inside(corner.x, from.x, size.width) || inside(corner.x + width, from.x, size.width);
+        left_or_right && inside(corner.y + 8, from.y, size.height)
+    });
+    if !seen {
+        context.egui_ctx.send_viewport_cmd(egui::ViewportCommand::OuterPosition(egui::pos2(0.0, 0.0)));
     }
 }
 

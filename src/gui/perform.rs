@@ -16,7 +16,9 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Open(path) => open(app, path),
         Action::AskForPlan => app.dialog.ask(ctx, app.facts.plan_path.as_deref()),
         Action::TypePath(open) => app.view.typed_path = open.then(String::new),
-        Action::Run => run(app),
+        Action::Run => run(app, Vec::new()),
+        Action::Inspect(scans) => run(app, scans),
+        Action::Say(diagnostic) => app.facts.message = Some(diagnostic),
         Action::Stop => stop(app),
         Action::Watch(on) => app.settings.watch = on,
         Action::ChoosePart(part) => choose_part(app, part),
@@ -92,19 +94,24 @@ pub(super) fn may_run(facts: &Facts) -> Result<&Path, &'static str> {
     }
 }
 
-fn run(app: &mut App) {
+/// Runs the scans named; none = all of the plan, or its folder watched.
+fn run(app: &mut App, scans: Vec<PathBuf>) {
     let Ok(path) = may_run(&app.facts).map(Path::to_path_buf) else { return };
-    let watch = app.settings.watch;
-    let request =
-        SequenceRequest { plan_path: path, watch: watch.then(WatchSettings::default), ..SequenceRequest::default() };
+    let watch = app.settings.watch && scans.is_empty();
     let of = match &app.facts.scans {
+        _ if !scans.is_empty() => Some(scans.len()),
         Some(Ok(scans)) if !watch => Some(scans.len()),
         _ => None,
     };
+    let named = scans.clone();
+    let watched = watch.then(WatchSettings::default);
+    let request = SequenceRequest { plan_path: path, scans, watch: watched, ..SequenceRequest::default() };
     app.facts.message = None;
     app.facts.last_end = None;
+    let waiting = of.unwrap_or(0);
+    let since = Instant::now();
     app.facts.job =
-        Job::Running(Running { watch, since: Instant::now(), scan: None, stage: None, done: 0, of, stopping: false });
+        Job::Running(Running { watch, since, scan: None, stage: None, done: 0, named, of, waiting, stopping: false });
     app.view.part = None;
     app.begin(bridge::Job::Run(request));
 }

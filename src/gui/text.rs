@@ -148,3 +148,139 @@ pub fn typed_number(text: &str) -> Option<f64> {
     let text = text.trim().replace(',', ".").replace('\u{2212}', "-");
     text.parse().ok().filter(|value: &f64| value.is_finite())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    /// Texts that are the same in another language, rightly: key and language.
+    const SAME: &[(&str, Language)] = &[];
+    /// Families of keys that are put together while the program runs.
+    const FAMILIES: &[&str] = &["view.system", "view.light", "view.dark"];
+
+    /// Every text literal of the window's sources that looks like a key of a section that there is.
+    fn keys_in_sources() -> BTreeSet<String> {
+        fn read(folder: &Path, found: &mut String) {
+            for entry in std::fs::read_dir(folder).unwrap().flatten() {
+                let path = entry.path();
+                match path.is_dir() {
+                    true => read(&path, found),
+                    false => found.push_str(&std::fs::read_to_string(path).unwrap()),
+                }
+            }
+        }
+        let mut sources = String::new();
+        read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gui"), &mut sources);
+        let sections: BTreeSet<&str> =
+            Words::of(Language::English).texts.keys().filter_map(|k| k.split_once('.')).map(|(s, _)| s).collect();
+        let word = |text: &str| {
+            !text.is_empty() && text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_')
+        };
+        let literals = sources.split('"').filter(|text| {
+            text.split_once('.').is_some_and(|(section, name)| sections.contains(section) && word(name))
+        });
+        literals.map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn every_key_has_a_text_in_every_language_and_every_text_a_key() {
+        let sources = keys_in_sources();
+        assert!(sources.len() > 100, "the sources were not read: {}", sources.len());
+        let mut faults = Vec::new();
+        for language in Language::ALL {
+            let texts = &Words::of(language).texts;
+            let has = |key: &str| texts.contains_key(key);
+            let counted = |key: &str| has(&format!("{key}_one")) && has(&format!("{key}_other"));
+            for key in sources.iter().filter(|k| !(has(k) || counted(k))) {
+                faults.push(format!("{} has no text for {key}", language.name()));
+            }
+            for key in texts.keys() {
+                let stem = key.strip_suffix("_one").or_else(|| key.strip_suffix("_other")).unwrap_or(key);
+                if !sources.contains(key) && !sources.contains(stem) && !FAMILIES.contains(&key.as_str()) {
+                    faults.push(format!("nobody asks for {key} ({})", language.name()));
+                }
+            }
+        }
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+    }
+
+    #[test]
+    fn no_text_was_left_in_english_and_all_take_the_same_values() {
+        let values = |text: &str| -> BTreeSet<String> {
+            text.split('{').skip(1).filter_map(|rest| rest.split_once('}')).map(|(name, _)| name.to_owned()).collect()
+        };
+        let english = &Words::of(Language::English).texts;
+        let mut faults = Vec::new();
+        for language in [Language::Swedish, Language::German] {
+            for (key, text) in &Words::of(language).texts {
+                let Some(original) = english.get(key) else { continue };
+                if values(text) != values(original) {
+                    faults.push(format!("{key}: {text} takes other values than {original}"));
+                }
+                let says_something = text.chars().filter(|c| c.is_alphabetic()).count() > 1 && !only_values(text);
+                if text == original && says_something && !SAME.contains(&(key.as_str(), language)) {
+                    faults.push(format!("{key} is the same in English and {}: {text}", language.name()));
+                }
+            }
+        }
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+    }
+
+    /// Whether nothing but values and units is left of a text.
+    fn only_values(text: &str) -> bool {
+        let mut rest = text.to_owned();
+        while let (Some(open), Some(close)) = (rest.find('{'), rest.find('}')) {
+            rest.replace_range(open..=close, "");
+        }
+        rest.split_whitespace().all(|word| matches!(word, "s" | "mm" | "min" | "%"))
+    }
+
+    /// At most 11 letters, so that the word stays large (24 minutes of arc at three metres).
+    #[test]
+    fn words_of_verdicts_are_short() {
+        for language in Language::ALL {
+            for (key, text) in Words::of(language).texts.iter().filter(|(key, _)| key.starts_with("verdict.")) {
+                assert!(text.chars().count() <= 11, "{key}: {text}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_as_each_language_does() {
+        let [en, sv] = [Language::English, Language::Swedish].map(Words::of);
+        assert_eq!(
+            [en.signed_mm(0.3364), en.signed_mm(-0.9584), en.signed_mm(-0.0004)],
+            ["+0.336", "\u{2212}0.958", "0.000"]
+        );
+        assert_eq!([sv.signed_mm(0.3364), sv.thousands(1_204_331)], ["+0,336", "1\u{2009}204\u{2009}331"]);
+        assert_eq!(
+            [typed_number("1,5"), typed_number(" \u{2212}2.25 "), typed_number("x"), typed_number("inf")],
+            [Some(1.5), Some(-2.25), None, None]
+        );
+    }
+
+    #[test]
+    fn values_are_put_in_once() {
+        let words = Words::of(Language::English);
+        let filled = words.fill("operator.last_part", &[("n", "{scan}"), ("scan", "a.ply")]);
+        assert_eq!(filled, "Last part: {scan}, scan a.ply");
+    }
+
+    /// Inter's subset must hold every letter that is shown.
+    #[test]
+    fn the_fonts_hold_every_character_of_every_text() {
+        use crate::gui::fonts::{bold, install, regular, semibold};
+        let ctx = egui::Context::default();
+        install(&ctx);
+        let _ = ctx.run_ui(egui::RawInput::default(), |_| {});
+        let texts = Language::ALL.into_iter().flat_map(|l| Words::of(l).texts.values());
+        let mut shown: BTreeSet<char> = texts.flat_map(|text| text.chars()).collect();
+        shown.extend("µ±°Ø≤≥−…–åäöüßÅÄÖÜ\u{2009}".chars());
+        let missing =
+            |c: &char| [regular, semibold, bold].iter().any(|f| !ctx.fonts_mut(|g| g.has_glyph(&f(14.0), *c)));
+        let missing: Vec<char> = shown.into_iter().filter(missing).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+    }
+}

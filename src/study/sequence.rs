@@ -175,7 +175,8 @@ impl Job<'_> {
         if self.stop.is_on() {
             return None;
         }
-        (self.listener)(Event::Started { index: index + 1, of: Some(of), scan: scan.to_path_buf() });
+        let waiting = of.saturating_sub(index + 1);
+        (self.listener)(Event::Started { index: index + 1, of: Some(of), waiting, scan: scan.to_path_buf() });
         Some(())
     }
 

@@ -35,11 +35,13 @@ impl Sequence<'_> {
                     if std::mem::take(&mut lost) {
                         (self.listener)(Event::FolderBack);
                     }
-                    for file in watcher.folder.look(Instant::now(), &listing) {
+                    let ready = watcher.folder.look(Instant::now(), &listing);
+                    for (k, file) in ready.iter().enumerate() {
                         if self.stop.is_on() {
                             return Ok(());
                         }
-                        if let Err(diagnostic) = self.take(&file, &mut watcher, summary) {
+                        let waiting = ready.len() - k - 1;
+                        if let Err(diagnostic) = self.take(file, waiting, &mut watcher, summary) {
                             self.wait_for_results(diagnostic, &file.path, &mut watcher, watch.poll);
                         }
                     }
@@ -56,9 +58,15 @@ impl Sequence<'_> {
     }
 
     /// One file that has settled. The error: its results cannot be written.
-    fn take(&mut self, file: &Listed, watcher: &mut Watcher, summary: &mut SequenceSummary) -> Result<(), Diagnostic> {
+    fn take(
+        &mut self,
+        file: &Listed,
+        waiting: usize,
+        watcher: &mut Watcher,
+        summary: &mut SequenceSummary,
+    ) -> Result<(), Diagnostic> {
         let scan = &file.path;
-        (self.listener)(Event::Started { index: watcher.done + 1, of: None, scan: scan.clone() });
+        (self.listener)(Event::Started { index: watcher.done + 1, of: None, waiting, scan: scan.clone() });
         match self.one_scan(scan, Some(file))? {
             ScanEnd::Done(result) => {
                 summary.count(&result.outcome);

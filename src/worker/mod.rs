@@ -58,6 +58,8 @@ pub enum Event {
         index: usize,
         /// How many there are, unless more may arrive.
         of: Option<usize>,
+        /// How many wait behind it; in a watched folder those that were ready at the last look.
+        waiting: usize,
         /// Its file.
         scan: PathBuf,
     },

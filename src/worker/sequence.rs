@@ -141,7 +141,8 @@ impl<'a> Sequence<'a> {
             if self.stop.is_on() {
                 return Ok(());
             }
-            (self.listener)(Event::Started { index: index + 1, of: Some(of), scan: scan.clone() });
+            let waiting = of - index - 1;
+            (self.listener)(Event::Started { index: index + 1, of: Some(of), waiting, scan: scan.clone() });
             match self.one_scan(scan, None) {
                 Ok(ScanEnd::Done(result)) => summary.count(&result.outcome),
                 Ok(_) => {}

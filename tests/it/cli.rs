@@ -580,9 +580,10 @@ fn the_demo_runs_names_files_that_exist_and_leaves_changes_alone() {
 }
 
 #[test]
-fn the_window_is_promised_and_help_is_at_hand() {
+fn without_a_display_the_command_line_is_named_and_help_is_at_hand() {
     let folder = tempfile::tempdir().unwrap();
-    run_in(folder.path(), ["plan.toml"]).assert_ended(2, &["no window yet", "shapeline run plan.toml"]);
+    // Built without the window it says so; with it, that there is no display.
+    run_in(folder.path(), ["plan.toml"]).assert_ended(2, &["error: ", "window", "`shapeline run plan.toml`"]);
     let help = run_in(folder.path(), ["--help"]);
     help.assert_ended(0, &[]);
     for command in ["run", "check", "demo", "prepare", "simulate", "study", "fit", "verify"] {

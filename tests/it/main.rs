@@ -12,6 +12,8 @@ mod flange_on_belt;
 mod flat_plate;
 mod foretold;
 mod forged_cache;
+#[cfg(feature = "gui")]
+mod gui;
 mod invariance;
 mod layers;
 mod measure_accuracy;

@@ -160,6 +160,8 @@ impl Ran {
 fn program<I: AsRef<OsStr>>(folder: &Path, arguments: impl IntoIterator<Item = I>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shapeline"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    // No test opens a window on somebody's screen.
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command
 }
 

@@ -1,12 +1,52 @@
 //! The operator's screen: is the last part good, and does the line keep up? Nothing here changes the plan.
 
-use super::action::Action;
+mod lamps;
+mod layout;
+mod loaded;
+mod now;
+mod ready;
+mod run_button;
+mod side;
+mod verdict;
+mod worst;
+
 use super::scope::Scope;
-use egui::Ui;
+use egui::{Rect, Ui};
 
 /// Draws the screen.
 pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope) {
-    if ui.button(scope.words.text("operator.run")).clicked() {
-        scope.ask(Action::Run);
+    let inside = ui.max_rect();
+    let places = layout::places(inside);
+    if let Some(place) = places.loaded {
+        loaded::loaded_ui(ui, place, scope);
     }
+    verdict::verdict_ui(ui, place_of(places.verdict), places.form, scope);
+    run_button::run_ui(ui, places.run, scope);
+    now::now_ui(ui, places.now, places.form, scope);
+    if let Some(place) = places.worst {
+        match scope.part().is_some() {
+            true => worst::worst_ui(ui, place, places.worst_rows, scope),
+            false => ready::ready_ui(ui, place, places.worst_rows, scope),
+        }
+    }
+    if let Some(place) = places.takt {
+        side::takt_ui(ui, place, scope);
+    }
+    if let Some(place) = places.waiting {
+        side::waiting_ui(ui, place, scope);
+    }
+    if let Some(place) = places.watch {
+        side::watch_ui(ui, place, scope);
+    }
+    if let Some(place) = places.show {
+        side::show_ui(ui, place, scope);
+    }
+    if let Some(place) = places.lamps {
+        lamps::lamps_ui(ui, place, places.lamp_count, scope);
+    }
+}
+
+/// On whole points, so that thick frames are even.
+fn place_of(place: Rect) -> Rect {
+    Rect::from_min_max(place.min.round(), place.max.round())
 }

@@ -65,10 +65,19 @@ fn focus_colour(theme: &Theme, weight: Weight) -> Color32 {
     if weight == Weight::Main { theme.text } else { theme.accent }
 }
 
-/// An empty button at a place: the caller paints what stands on it, in the colour returned.
-pub fn at(ui: &mut Ui, place: Rect, weight: Weight, enabled: bool, name: &str, theme: &Theme) -> (Response, Color32) {
+/// An empty button at a place: the caller paints what stands on it, in the colour returned. Its `key` tells it
+/// from the others, whatever its words are in any language.
+pub fn at(
+    ui: &mut Ui,
+    key: &str,
+    place: Rect,
+    weight: Weight,
+    enabled: bool,
+    name: &str,
+    theme: &Theme,
+) -> (Response, Color32) {
     let sense = if enabled { Sense::click() } else { Sense::hover() };
-    let response = ui.interact(place, ui.scope_id().with(("button", name)), sense);
+    let response = ui.interact(place, ui.scope_id().with(("button", key)), sense);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, name));
     let look = look(theme, weight, &response, enabled);
     let radius = CornerRadius::same(if weight == Weight::Quiet { 4 } else { 8 });
@@ -79,9 +88,22 @@ pub fn at(ui: &mut Ui, place: Rect, weight: Weight, enabled: bool, name: &str, t
     (response, look.text)
 }
 
+/// One click. The second of two quick ones does not count: Run turns into Stop under the finger.
+pub fn clicked_once(response: &Response) -> bool {
+    response.clicked() && !response.double_clicked() && !response.triple_clicked()
+}
+
 /// A button with words in its middle.
-pub fn with_words(ui: &mut Ui, place: Rect, weight: Weight, text: &str, font: FontId, theme: &Theme) -> Response {
-    let (response, colour) = at(ui, place, weight, true, text, theme);
+pub fn with_words(
+    ui: &mut Ui,
+    key: &str,
+    place: Rect,
+    weight: Weight,
+    text: &str,
+    font: FontId,
+    theme: &Theme,
+) -> Response {
+    let (response, colour) = at(ui, key, place, weight, true, text, theme);
     let size = font.size;
     let family = font.family;
     let fit = words::fitting_size(ui, text, |s| FontId::new(s, family.clone()), place.width() - 12.0, size, 11.0);
@@ -92,7 +114,7 @@ pub fn with_words(ui: &mut Ui, place: Rect, weight: Weight, text: &str, font: Fo
 /// A switch with its words beside it, the whole place being the target.
 pub fn switch(ui: &mut Ui, place: Rect, on: bool, words: [&str; 2], theme: &Theme) -> Response {
     let [title, note] = words;
-    let response = ui.interact(place, ui.scope_id().with(("switch", title)), Sense::click());
+    let response = ui.interact(place, ui.scope_id().with("switch"), Sense::click());
     response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, title));
     let look = look(theme, Weight::Plain, &response, true);
     ui.painter().rect(place, CornerRadius::same(8), look.fill, look.frame, StrokeKind::Inside);

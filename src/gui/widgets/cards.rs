@@ -11,6 +11,11 @@ pub fn card(ui: &Ui, place: Rect, theme: &Theme) {
     ui.painter().rect(place, CornerRadius::same(6), theme.panel, stroke, StrokeKind::Inside);
 }
 
+/// A frame over the screen that takes all clicks until it is shut.
+pub fn modal(ui: &Ui, id: egui::Id) -> egui::Modal {
+    egui::Modal::new(id).frame(egui::Frame::popup(ui.style()).inner_margin(24))
+}
+
 /// A share of a place's width, filled; 0 to 1.
 pub fn bar(ui: &Ui, place: Rect, share: f32, fill: egui::Color32, theme: &Theme) {
     let radius = CornerRadius::same(3);

@@ -1,0 +1,159 @@
+//! The last parts as a strip of lamps, each a button to its part; then the one at hand and those to come.
+
+use super::layout::lamp_places;
+use crate::gui::action::Action;
+use crate::gui::facts::Facts;
+use crate::gui::fonts;
+use crate::gui::messages::sentence;
+use crate::gui::scope::Scope;
+use crate::gui::theme::size;
+use crate::gui::widgets::sign::Sign;
+use crate::gui::widgets::{cards, words};
+use crate::report::words::{capital, clean};
+use egui::{Align2, CornerRadius, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2};
+use std::path::Path;
+
+/// One lamp.
+#[derive(Debug, Clone, PartialEq)]
+struct Lamp {
+    sign: Sign,
+    /// The scan's name without its ending.
+    scan: String,
+    /// Its part, when there is a result to look at: place in `Facts::parts`, index, how many there were.
+    part: Option<(usize, usize, Option<usize>)>,
+}
+
+/// Draws the card.
+pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope) {
+    let theme = scope.theme;
+    cards::card(ui, place, theme);
+    let head = Rect::from_min_max(place.min + vec2(16.0, 6.0), pos2(place.right() - 16.0, place.top() + 30.0));
+    match &scope.facts.troubles.folder {
+        Some(lost) => {
+            let text = format!("{}. {}", capital(&sentence(lost)), scope.words.text("operator.trying_again"));
+            words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BAR), theme.undecided_text);
+        }
+        None => {
+            let text = scope.words.fill("operator.last_parts", &[("n", &count.to_string())]);
+            words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BODY), theme.text);
+        }
+    }
+    let lamps = lamps(scope.facts, count);
+    for (k, (lamp, place)) in lamps.iter().zip(lamp_places(place, count)).enumerate() {
+        lamp_ui(ui, place, k, lamp, scope);
+    }
+}
+
+fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
+    let theme = scope.theme;
+    let words = scope.words;
+    let sense = if lamp.part.is_some() { Sense::click() } else { Sense::hover() };
+    let response = ui.interact(place, ui.scope_id().with(("lamp", k)), sense);
+    let word = lamp.sign.word(words);
+    let name = match lamp.part {
+        Some((_, index, Some(of))) => {
+            let (n, of) = (words.thousands(index), words.thousands(of));
+            words.fill("operator.lamp_of", &[("verdict", word), ("n", &n), ("of", &of)])
+        }
+        Some((_, index, None)) => words.fill("operator.lamp", &[("verdict", word), ("n", &words.thousands(index))]),
+        None if lamp.scan.is_empty() => word.to_owned(),
+        None => format!("{word}, {}", lamp.scan),
+    };
+    let role = if lamp.part.is_some() { Role::Button } else { Role::Label };
+    response.widget_info(|| WidgetInfo::labeled(role, lamp.part.is_some(), &name));
+    let newest = lamp.part.is_some_and(|(at, ..)| at + 1 == scope.facts.parts.len());
+    if newest {
+        let frame = Stroke::new(2.0, lamp.sign.colour(theme));
+        ui.painter().rect(place, CornerRadius::same(4), lamp.sign.fill(theme), frame, StrokeKind::Inside);
+    } else if lamp.part.is_some() && (response.hovered() || response.has_focus()) {
+        let frame = Stroke::new(2.0, theme.accent);
+        ui.painter().rect(place, CornerRadius::same(4), theme.raised, frame, StrokeKind::Inside);
+    }
+    let side = (place.height() - 34.0).min(place.width() - 8.0).clamp(16.0, 48.0);
+    let spare = place.height() - side - 22.0;
+    let middle = pos2(place.center().x, place.top() + 0.5 * spare + 0.5 * side);
+    let sign = Rect::from_center_size(middle, Vec2::splat(side));
+    lamp.sign.paint(ui.painter(), sign, theme);
+    let label = Rect::from_min_max(pos2(place.left() + 2.0, sign.bottom() + 3.0), place.max - vec2(2.0, 0.0));
+    let label = label.with_max_y(label.top() + 20.0);
+    let colour = if lamp.part.is_some() { theme.text } else { theme.quiet };
+    let text = short(ui, &lamp.scan, label.width());
+    ui.painter().text(label.center(), Align2::CENTER_CENTER, text, fonts::mono(15.0), colour);
+    if let (true, Some((at, ..))) = (response.clicked(), lamp.part) {
+        scope.ask(Action::ChoosePart(Some(at)));
+    }
+}
+
+/// A name that fits: whole, or else the number at its front or its end, or else as much of it as there is room for.
+fn short(ui: &Ui, name: &str, room: f32) -> String {
+    let each = words::width(ui, "0", fonts::mono(15.0));
+    shortened(name, (room / each) as usize)
+}
+
+fn shortened(name: &str, fits: usize) -> String {
+    if name.chars().count() <= fits {
+        return name.to_owned();
+    }
+    let digit = |c: &char| c.is_ascii_digit();
+    let front: String = name.chars().take_while(digit).collect();
+    let end = name.len() - name.chars().rev().take_while(digit).count();
+    let number = if front.is_empty() { &name[end..] } else { &front };
+    if !number.is_empty() && number.len() <= fits {
+        return number.to_owned();
+    }
+    name.chars().take(fits.saturating_sub(1)).chain(std::iter::once('…')).collect()
+}
+
+/// The strip: finished parts from the left, the one at hand, those to come; when there are too many the oldest leave.
+fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
+    let stem = |path: &Path| clean(&path.file_stem().map(|s| s.to_string_lossy()).unwrap_or_default());
+    let mut lamps: Vec<Lamp> = facts
+        .parts
+        .iter()
+        .enumerate()
+        .map(|(at, part)| Lamp {
+            sign: Sign::of(&part.result),
+            scan: clean(&part.short_name()),
+            part: Some((at, part.index, part.of)),
+        })
+        .collect();
+    let running = facts.running();
+    if let Some(scan) = running.and_then(|r| r.scan.as_ref()) {
+        lamps.push(Lamp { sign: Sign::Running, scan: stem(&scan.path), part: None });
+    }
+    let surplus = lamps.len().saturating_sub(count);
+    lamps.drain(..surplus);
+    let to_come: &[_] = match (&facts.scans, running) {
+        (Some(Ok(scans)), Some(running)) if !running.watch => {
+            let at_hand = running.scan.as_ref().map_or(running.done, |s| s.index);
+            let all = if running.named.is_empty() { scans } else { &running.named };
+            all.get(at_hand..).unwrap_or_default()
+        }
+        (Some(Ok(scans)), None) if facts.last_end.is_none() => scans,
+        _ => &[],
+    };
+    let room = count - lamps.len();
+    lamps.extend(to_come.iter().take(room).map(|scan| Lamp { sign: Sign::None, scan: stem(scan), part: None }));
+    lamps.resize(count, Lamp { sign: Sign::None, scan: String::new(), part: None });
+    lamps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_become_their_numbers() {
+        for (name, short) in [
+            ("0017", "0017"),
+            ("01_good_top", "01"),
+            ("press2_20260314_153000", "153000"),
+            ("20260314153000", "202603…"),
+            ("bracket", "bracket"),
+            ("bracket_left", "bracke…"),
+            ("käårä_mäßig", "käårä_…"),
+        ] {
+            assert_eq!(shortened(name, 7), short);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The small cards: takt, parts waiting, watching, and the way to the part in detail.
+
+use super::now::seconds_a_part;
+use crate::gui::action::Action;
+use crate::gui::fonts;
+use crate::gui::scope::Scope;
+use crate::gui::theme::size;
+use crate::gui::widgets::buttons::{self, Weight};
+use crate::gui::widgets::{cards, sign, words};
+use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
+
+/// Seconds a part against the takt.
+pub(super) fn takt_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
+    let (w, theme) = (scope.words, scope.theme);
+    cards::card(ui, place, theme);
+    let inner = place.shrink2(vec2(18.0, 12.0));
+    let mean = seconds_a_part(scope);
+    let takt = scope.facts.plan_path.as_ref().and_then(|path| scope.settings.takt_s(path));
+    let tall = inner.height() > 100.0;
+    let row = inner.with_max_y(inner.top() + if tall { 46.0 } else { 36.0 });
+    let figure = mean.map_or_else(|| "–".to_owned(), |s| w.number(s, 1));
+    let font = fonts::mono(if tall { 40.0 } else { 32.0 });
+    let number = words::line(ui, row, Align2::LEFT_CENTER, &figure, font, theme.text);
+    let beside = row.with_min_x(number.right() + 10.0);
+    let middle = beside.right() - 0.36 * inner.width();
+    let unit = w.text("operator.seconds_a_part");
+    words::line(ui, beside.with_max_x(middle), Align2::LEFT_CENTER, unit, fonts::regular(size::CARD), theme.text);
+    let (right, colour) = (beside.with_min_x(middle), theme.quiet);
+    let told = match takt {
+        Some(takt) => w.fill("operator.takt", &[("s", &w.number(takt, 1))]),
+        None => w.text("operator.no_takt").to_owned(),
+    };
+    words::line(ui, right, Align2::RIGHT_CENTER, &told, fonts::regular(size::BAR), colour);
+    let bar = Rect::from_min_max(pos2(inner.left(), row.bottom() + 6.0), pos2(inner.right(), row.bottom() + 24.0));
+    let (Some(takt), true) = (takt, bar.bottom() <= inner.bottom()) else {
+        let hint = w.text("operator.takt_hint");
+        words::line(ui, inner.with_min_y(row.bottom()), Align2::LEFT_CENTER, hint, fonts::regular(15.0), theme.quiet);
+        return;
+    };
+    // The bar is 1.25 takts long.
+    let share = mean.map_or(0.0, |s| s / (1.25 * takt)) as f32;
+    let missed = mean.is_some_and(|s| s > takt);
+    cards::bar(ui, bar, share, if missed { theme.text } else { theme.accent }, theme);
+    let tick = bar.left() + 0.8 * bar.width();
+    ui.painter().vline(tick, bar.top() - 5.0..=bar.bottom() + 5.0, Stroke::new(3.0, theme.text));
+    let Some(by) = mean.map(|s| s - takt) else { return };
+    let note = Rect::from_min_max(pos2(inner.left(), bar.bottom() + 4.0), inner.max);
+    if note.height() >= 16.0 || missed {
+        let note = if note.height() >= 16.0 { note } else { bar.translate(vec2(0.0, 2.0)) };
+        takt_note(ui, note, by, missed, scope);
+    }
+}
+
+/// By how much the takt is kept or missed; a miss has the sign of a warning, never a verdict's.
+fn takt_note(ui: &mut Ui, place: Rect, by: f64, missed: bool, scope: &Scope) {
+    let w = scope.words;
+    let key = if missed { "operator.slower" } else { "operator.faster" };
+    let text = w.fill(key, &[("s", &w.number(by.abs(), 1))]);
+    if missed {
+        let side = place.height().min(22.0);
+        let mark = Rect::from_min_size(place.left_center() - vec2(0.0, 0.5 * side), Vec2::splat(side));
+        sign::problem(ui.painter(), mark, false, scope.theme);
+        let rest = place.with_min_x(mark.right() + 8.0);
+        words::line(ui, rest, Align2::LEFT_CENTER, &text, fonts::semibold(15.0), scope.theme.undecided_text);
+    } else {
+        words::line(ui, place, Align2::LEFT_CENTER, &text, fonts::regular(15.0), scope.theme.quiet);
+    }
+}
+
+/// How many parts wait.
+pub(super) fn waiting_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
+    let (w, theme) = (scope.words, scope.theme);
+    cards::card(ui, place, theme);
+    let count = match (scope.facts.running(), &scope.facts.scans) {
+        (Some(running), _) => running.waiting,
+        (None, Some(Ok(scans))) if scope.facts.last_end.is_none() => scans.len(),
+        _ => 0,
+    };
+    let (figure, text) = (w.thousands(count), w.text("operator.parts_waiting"));
+    let inner = place.shrink2(vec2(12.0, 10.0));
+    if place.width() < 240.0 {
+        let middle = inner.top() + 0.62 * inner.height();
+        words::line(ui, inner.with_max_y(middle), Align2::CENTER_CENTER, &figure, fonts::mono(42.0), theme.text);
+        let fit = words::fitting_size(ui, text, fonts::semibold, inner.width(), size::BODY, 11.0);
+        words::line(ui, inner.with_min_y(middle), Align2::CENTER_CENTER, text, fonts::semibold(fit), theme.text);
+        return;
+    }
+    let inner = inner.with_min_x(inner.left() + 8.0);
+    let number = words::line(ui, inner, Align2::LEFT_CENTER, &figure, fonts::mono(44.0), theme.text);
+    let rest = inner.with_min_x(number.right() + 18.0);
+    words::line(ui, rest, Align2::LEFT_CENTER, text, fonts::semibold(20.0), theme.text);
+}
+
+/// Whether a run watches the folder.
+pub(super) fn watch_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
+    let w = scope.words;
+    let on = scope.settings.watch;
+    let note = match (scope.facts.running(), on) {
+        (Some(running), _) if running.watch != on => "operator.from_next_run",
+        (_, true) => "operator.watch_on",
+        (_, false) => "operator.watch_off",
+    };
+    let note = if place.width() < 280.0 && !on { "" } else { w.text(note) };
+    if buttons::switch(ui, place, on, [w.text("operator.watch"), note], scope.theme).clicked() {
+        scope.ask(Action::Watch(!on));
+    }
+}
+
+/// To the newest part in detail; before there is one, to another plan.
+pub(super) fn show_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
+    let w = scope.words;
+    let (title, note, action) = match scope.facts.parts.last() {
+        Some(part) => {
+            let title = w.fill("operator.show_part", &[("n", &w.thousands(part.index))]);
+            (title, w.text("operator.opens_results").to_owned(), Action::ChoosePart(Some(scope.facts.parts.len() - 1)))
+        }
+        None => {
+            let recent = w.count("operator.recent", scope.settings.recent.len());
+            (w.text("operator.choose_plan").to_owned(), recent, Action::AskForPlan)
+        }
+    };
+    let (response, colour) = buttons::at(ui, "show", place, Weight::Plain, true, &title, scope.theme);
+    let fit = words::fitting_size(ui, &title, fonts::semibold, place.width() - 24.0, 20.0, 13.0);
+    let middle = place.center();
+    ui.painter().text(middle, Align2::CENTER_BOTTOM, &title, fonts::semibold(fit), colour);
+    let below = middle + vec2(0.0, 3.0);
+    ui.painter().text(below, Align2::CENTER_TOP, note, fonts::regular(15.0), scope.theme.quiet);
+    if response.clicked() {
+        scope.ask(action);
+    }
+}

@@ -1,0 +1,195 @@
+//! The verdict of the last part, to be read from three metres. A running part never changes it; only a finished one does.
+
+use super::layout::Form;
+use crate::gui::facts::{FinishedPart, Job};
+use crate::gui::fonts;
+use crate::gui::perform::may_run;
+use crate::gui::scope::Scope;
+use crate::gui::text::Words;
+use crate::gui::theme::size;
+use crate::gui::widgets::sign::Sign;
+use crate::gui::widgets::words;
+use crate::inspect::{Inspection, Outcome, Verdict};
+use crate::report::words::{Counts, capital};
+use egui::{Align2, CornerRadius, Rect, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
+
+/// What the card says.
+struct Said {
+    sign: Sign,
+    /// Which part, or that there is none.
+    header: String,
+    word: String,
+    sentence: String,
+    note: String,
+    /// What screen readers hear of it as a whole.
+    name: String,
+}
+
+/// Draws the card.
+pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, form: Form, scope: &Scope) {
+    let theme = scope.theme;
+    // The newest part, whatever is looked at on other screens.
+    let said = match scope.facts.parts.last() {
+        Some(part) => of_part(part, scope.words),
+        None => before_the_first(scope),
+    };
+    let frame = Stroke::new(4.0, said.sign.colour(theme));
+    ui.painter().rect(place, CornerRadius::same(6), said.sign.fill(theme), frame, StrokeKind::Inside);
+    if said.name != said.word {
+        words::named(ui, place, &said.name);
+    }
+    let inner = place.shrink2(vec2(if form == Form::Bare { 16.0 } else { 24.0 }, 14.0));
+    let (sign, text) = split(ui, inner, form, &said);
+    said.sign.paint(ui.painter(), sign, theme);
+    texts(ui, text, form, &said, scope);
+}
+
+/// The largest size of the word.
+fn largest_word(form: Form) -> f32 {
+    match form {
+        Form::Full => 208.0,
+        Form::Compact => 150.0,
+        Form::Column => 110.0,
+        Form::Bare => 96.0,
+    }
+}
+
+/// The sign gives way to the word first, down to a share of its height.
+fn split(ui: &Ui, inner: Rect, form: Form, said: &Said) -> (Rect, Rect) {
+    let (largest, least) = match form {
+        Form::Full => (270.0, 150.0),
+        Form::Compact => (204.0, 120.0),
+        Form::Column => (150.0, 96.0),
+        Form::Bare => (120.0, 64.0),
+    };
+    let gap = if form == Form::Full { 56.0 } else { 32.0 };
+    let wide = words::width(ui, &said.word, fonts::bold(largest_word(form)));
+    let side = (inner.width() - wide - gap).clamp(least, largest).min(inner.height());
+    let column = Rect::from_min_size(inner.min, vec2(side, inner.height()));
+    let indent = if form == Form::Full { 32.0_f32.min(inner.width() - side - gap - wide).max(0.0) } else { 0.0 };
+    let sign = Rect::from_center_size(column.center(), Vec2::splat(side)).translate(vec2(indent, 0.0));
+    (sign, inner.with_min_x(sign.right() + gap))
+}
+
+fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
+    let theme = scope.theme;
+    let (head, sentence, note) = match form {
+        Form::Full => (28.0, size::NOW, size::HEADER),
+        Form::Compact => (size::HEADER - 2.0, size::HEADER, size::CARD),
+        Form::Column => (size::CARD, size::CARD, size::BODY),
+        Form::Bare => (size::BODY, size::BODY, 0.0),
+    };
+    let line = |points: f32| 1.4 * points;
+    let top = Rect::from_min_size(place.min, vec2(place.width(), line(head)));
+    words::line(ui, top, Align2::LEFT_CENTER, &said.header, fonts::semibold(head), theme.text);
+    // A long reason takes a second line, and the word gives way.
+    let refused = said.sign == Sign::Refused;
+    let lines = if refused && form != Form::Bare { 2 } else { 1 };
+    let note_height = line(note) * lines as f32;
+    let bottom = place.bottom() - note_height;
+    let note_place = Rect::from_min_max(pos2(place.left(), bottom), place.max);
+    let sentence_size = if refused { 0.75 * sentence } else { sentence };
+    let sentence_height = line(sentence_size) * lines as f32;
+    let at = Rect::from_min_max(pos2(place.left(), bottom - sentence_height), pos2(place.right(), bottom));
+    let font = fonts::semibold(sentence_size);
+    words::block(ui, at, Align2::LEFT_CENTER, &said.sentence, font, theme.text, lines);
+    if note > 0.0 {
+        words::block(ui, note_place, Align2::LEFT_CENTER, &said.note, fonts::regular(note), theme.text, lines);
+    }
+    let room = Rect::from_min_max(top.left_bottom(), at.right_top());
+    let largest = largest_word(form).min(room.height() / 1.0);
+    let fit = words::fitting_size(ui, &said.word, fonts::bold, room.width(), largest, 40.0);
+    words::line(ui, room, Align2::LEFT_CENTER, &said.word, fonts::bold(fit), said.sign.text_colour(theme));
+}
+
+fn of_part(part: &FinishedPart, words: &Words) -> Said {
+    let sign = Sign::of(&part.result);
+    let word = sign.word(words).to_owned();
+    let index = words.thousands(part.index);
+    let scan = crate::report::words::clean(part.scan_name());
+    let values = [("n", index.as_str()), ("scan", scan.as_str())];
+    let of = part.of.map(|of| words.thousands(of));
+    let (header, name) = match &of {
+        Some(of) => {
+            let values = [values[0], values[1], ("of", of.as_str()), ("verdict", word.as_str())];
+            (words.fill("operator.last_part_of", &values), words.fill("operator.verdict_name_of", &values))
+        }
+        None => {
+            let values = [values[0], values[1], ("verdict", word.as_str())];
+            (words.fill("operator.last_part", &values), words.fill("operator.verdict_name", &values))
+        }
+    };
+    let (sentence, note) = match &part.result.outcome {
+        Outcome::Measured(inspection) => measured(inspection, words),
+        Outcome::Refused(refusal) => (capital(&refusal.reason), capital(&refusal.help)),
+    };
+    Said { sign, header, word, sentence, note, name }
+}
+
+/// What decided the verdict, and what else there was; what to do comes first where something is to be done.
+fn measured(inspection: &Inspection, words: &Words) -> (String, String) {
+    let counts = Counts::of(&inspection.points);
+    let of = words.thousands(counts.total());
+    let sentence = |key: &str, n: usize| words.fill(key, &[("n", &words.thousands(n)), ("of", &of)]);
+    let (sentence, to_do) = match inspection.verdict {
+        Verdict::Fail => (sentence("operator.out", counts.fail), "operator.do_fail"),
+        Verdict::NotMeasured => (sentence("operator.unmeasured", counts.not_measured), "operator.do_incomplete"),
+        Verdict::Undecided => (sentence("operator.undecided", counts.undecided), "operator.do_undecided"),
+        Verdict::Pass => (sentence("operator.all_in", counts.pass), ""),
+    };
+    let others = [
+        (counts.not_measured, Verdict::NotMeasured, "operator.n_unmeasured"),
+        (counts.undecided, Verdict::Undecided, "operator.n_undecided"),
+        (counts.pass, Verdict::Pass, "operator.n_in"),
+    ];
+    let others = others.iter().filter(|(n, verdict, _)| *n > 0 && *verdict != inspection.verdict);
+    let others: Vec<String> = others.map(|(n, _, key)| words.fill(key, &[("n", &words.thousands(*n))])).collect();
+    let others = others.join(", ");
+    let note = match (to_do, others.is_empty()) {
+        ("", _) => others,
+        (key, true) => words.text(key).to_owned(),
+        (key, false) => format!("{}. {}", words.text(key), capital(&others)),
+    };
+    (sentence, note)
+}
+
+/// Nothing was inspected since the plan was opened.
+fn before_the_first(scope: &Scope) -> Said {
+    let (facts, words) = (scope.facts, scope.words);
+    let text = |key: &str| words.text(key).to_owned();
+    let say = |sign: Sign, word: &str, sentence: String, note: String| Said {
+        sign,
+        header: text("operator.none_yet"),
+        word: text(word),
+        name: text(word),
+        sentence,
+        note,
+    };
+    match &facts.job {
+        Job::Opening { .. } => return say(Sign::None, "verdict.opening", String::new(), String::new()),
+        Job::Running(_) => return say(Sign::None, "verdict.running", text("operator.appears_here"), String::new()),
+        Job::Idle | Job::Fetching { .. } => {}
+    }
+    if let Err(why) = may_run(facts) {
+        return say(Sign::None, "verdict.not_ready", text(why), text("operator.open_another"));
+    }
+    match &facts.scans {
+        Some(Ok(scans)) if !scans.is_empty() => say(
+            Sign::Ready,
+            "verdict.ready",
+            words.count("operator.scans_waiting", scans.len()),
+            text("operator.press_run"),
+        ),
+        Some(Ok(_)) => {
+            let folder = facts.plan.as_ref().map(|p| p.scans.path.display().to_string()).unwrap_or_default();
+            say(Sign::Ready, "verdict.ready", text("operator.no_scans"), folder)
+        }
+        Some(Err(fault)) => say(
+            Sign::None,
+            "verdict.not_ready",
+            capital(&fault.message),
+            fault.help.clone().map(|h| capital(&h)).unwrap_or_default(),
+        ),
+        None => say(Sign::Ready, "verdict.ready", String::new(), text("operator.press_run")),
+    }
+}

@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Opens the window on a screen of its own, runs the demo by clicks, and saves pictures of what is seen.
+#
+#     tests/window.sh PROGRAM FOLDER [WIDTHxHEIGHT] [light|dark]
+#
+# Needs Xvfb, xdotool and ImageMagick's import. Ends with 1 when the window does not come or the demo gives no results.
+set -euo pipefail
+program="$(realpath "$1")"
+folder="$2"
+size="${3:-1280x800}"
+theme="${4:-light}"
+mkdir -p "$folder"
+folder="$(realpath "$folder")"
+
+home="$(mktemp -d)"
+screen="${SHAPELINE_TEST_DISPLAY:-:91}"
+Xvfb "$screen" -screen 0 "${size}x24" +extension GLX >/dev/null 2>&1 &
+server=$!
+window=""
+cleanup() {
+  [ -z "$window" ] || kill "$window" 2>/dev/null || true
+  kill "$server" 2>/dev/null || true
+  rm -rf "$home"
+}
+trap cleanup EXIT
+
+export DISPLAY="$screen" HOME="$home" XDG_CONFIG_HOME="$home/config" XDG_DATA_HOME="$home/data"
+unset WAYLAND_DISPLAY WAYLAND_SOCKET || true
+for _ in $(seq 100); do
+  xdotool getdisplaygeometry >/dev/null 2>&1 && break
+  sleep 0.1
+done
+
+width="${size%x*}"
+height="${size#*x}"
+mkdir -p "$XDG_CONFIG_HOME/shapeline"
+printf 'theme = "%s"\n[window]\nposition = [0.0, 0.0]\nsize = [%s.0, %s.0]\nmaximized = false\n' \
+  "$theme" "$width" "$height" > "$XDG_CONFIG_HOME/shapeline/window.toml"
+"$program" 2> "$home/said" &
+window=$!
+
+# Waits until a command succeeds; $1 is what for.
+wait_for() {
+  local what="$1"
+  shift
+  for _ in $(seq 300); do
+    if ! kill -0 "$window" 2>/dev/null; then
+      echo "the window closed while waiting for $what" >&2
+      cat "$home/said" >&2
+      exit 1
+    fi
+    "$@" >/dev/null 2>&1 && return
+    sleep 0.1
+  done
+  echo "gave up waiting for $what" >&2
+  cat "$home/said" >&2
+  exit 1
+}
+
+picture() { import -window root "$folder/$1_${size}_$theme.png"; }
+results() { [ "$(find "$home/data/shapeline/demo/results" -name '*.json' | wc -l)" -ge "$1" ]; }
+
+wait_for "the window" xdotool search --name '^Shapeline$'
+sleep 2
+# No window manager gives it the keyboard.
+wait_for "the keyboard" xdotool search --onlyvisible --name '^Shapeline$' windowfocus
+picture operator_ready
+# The button for the sequence stands in the upper right, at every size.
+if [ "$width" -ge 1600 ]; then run_x=$((width - 24 - 296)); run_y=$((72 + 66 + 66))
+else run_x=$((width - 16 - 210)); run_y=$((64 + 56 + 52)); fi
+xdotool mousemove "$run_x" "$run_y" sleep 0.2 click 1
+wait_for "the first result" results 1
+sleep 0.4
+picture operator_running
+wait_for "the last result" results 5
+sleep 2
+picture operator_done
+xdotool key ctrl+2
+sleep 2
+picture results
+xdotool key ctrl+1 sleep 0.3 key F1
+sleep 1
+picture help
