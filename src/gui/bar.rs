@@ -2,6 +2,7 @@
 
 use super::action::{Action, Screen};
 use super::fonts;
+use super::icon::BEND;
 use super::scope::Scope;
 use super::settings::{SCALES, Settings, ThemeChoice, WindowPlace};
 use super::text::{Language, typed_number};
@@ -40,8 +41,7 @@ pub(super) fn top_ui(ui: &mut Ui, scope: &mut Scope) {
 /// The program's mark and name; returns where the tabs begin.
 fn name_ui(ui: &mut Ui, place: Rect, x: f32, scope: &Scope) -> f32 {
     let y = place.center().y;
-    let bend = [vec2(0.0, 5.0), vec2(4.0, 4.0), vec2(8.0, -4.0), vec2(12.0, -6.0), vec2(16.0, -2.0), vec2(20.0, 1.0)];
-    let points = bend.map(|v| pos2(x, y) + v).to_vec();
+    let points = BEND.map(|[along, up]| pos2(x + 20.0 * along, y + 20.0 * up)).to_vec();
     ui.painter().line(points, Stroke::new(2.5, scope.theme.accent));
     ui.painter().hline(x..=x + 20.0, y + 9.0, Stroke::new(1.5, scope.theme.strong_stroke));
     let text = Rect::from_min_max(pos2(x + 34.0, place.top()), pos2(x + 130.0, place.bottom()));

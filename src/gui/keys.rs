@@ -38,7 +38,8 @@ pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, acti
         }
     }
     // Esc takes away what lies on top before it stops anything.
-    if (view.help || view.typed_path.is_some() || facts.running().is_some()) && pressed(Modifiers::NONE, Key::Escape) {
+    let on_top = view.help || view.typed_path.is_some();
+    if (on_top || facts.running().is_some()) && pressed_anew(ctx, Key::Escape) {
         actions.push(match () {
             () if view.help => Action::Help(false),
             () if view.typed_path.is_some() => Action::TypePath(false),
@@ -55,4 +56,16 @@ pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, acti
             actions.push(Action::ChoosePart(Some((at + 1).min(last))));
         }
     }
+}
+
+/// Whether a key went down, and was not only held: who holds Esc wants to stop after the part, not at once.
+fn pressed_anew(ctx: &egui::Context, wanted: Key) -> bool {
+    ctx.input_mut(|input| {
+        let anew = input.events.iter().any(|event| {
+            matches!(event, egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. }
+                if *key == wanted && modifiers.is_none())
+        });
+        input.consume_key(Modifiers::NONE, wanted);
+        anew
+    })
 }

@@ -16,6 +16,7 @@ mod facts;
 mod fonts;
 mod hear;
 mod help;
+mod icon;
 mod keys;
 mod messages;
 mod open;

@@ -1,6 +1,7 @@
 //! The window's frame: where it stands, what it is drawn with, what is said when it cannot be.
 
 use super::app::{self, App, Setup};
+use super::icon::icon;
 use super::settings::{Settings, config_folder, data_folder};
 use crate::diagnostic::Diagnostic;
 use std::path::PathBuf;
@@ -33,8 +34,11 @@ pub fn open(plan: Option<PathBuf>) -> Result<(), Diagnostic> {
 }
 
 fn viewport(settings: &Settings) -> egui::ViewportBuilder {
-    let builder =
-        egui::ViewportBuilder::default().with_title("Shapeline").with_app_id("shapeline").with_min_inner_size(LEAST);
+    let builder = egui::ViewportBuilder::default()
+        .with_title("Shapeline")
+        .with_app_id("shapeline")
+        .with_icon(icon())
+        .with_min_inner_size(LEAST);
     let scale = settings.magnification();
     let Some(place) = settings.place else { return builder.with_inner_size(FIRST) };
     // Kept in points at that scale; the frame is made before egui knows the scale.
@@ -66,17 +70,20 @@ fn no_window(fault: &eframe::Error, plan: &str) -> Diagnostic {
     let help = format!(
         "`shapeline run {plan}` does the same inspection on the command line, `shapeline --help` lists the rest"
     );
+    // The end of their chain says why; before it stand places in sources.
+    let words = fault.to_string().replace('\n', " ");
+    let why = words.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
     let what = match fault {
         eframe::Error::AppCreation(inner) => match inner.downcast_ref::<Diagnostic>() {
             Some(diagnostic) => return diagnostic.clone(),
-            None => format!("the window cannot be opened: {inner}"),
+            None => format!("the window cannot be opened: {why}"),
         },
         eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
-            format!("the window cannot be opened, there is no display: {fault}")
+            format!("the window cannot be opened, there is no display: {why}")
         }
         eframe::Error::Glutin(_) | eframe::Error::NoGlutinConfigs(..) | eframe::Error::OpenGL(_) => {
-            format!("the window cannot be opened, OpenGL is missing: {fault}")
+            format!("the window cannot be opened, OpenGL is missing: {why}")
         }
     };
-    Diagnostic::error(what.replace('\n', " ")).with_help(help)
+    Diagnostic::error(what).with_help(help)
 }

@@ -1,6 +1,6 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
-use super::project::{Project, files_of, real_scan, tiny_scan};
+use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{By, NodeT, Queryable};
 use shapeline::gui::{Action, App, Job, Language, Screen, Setup, install};
@@ -70,6 +70,11 @@ impl Window {
         self.harness.query_all_by_label(label).next().is_some()
     }
 
+    /// Whether something that is shown holds these words.
+    fn says(&self, words: &str) -> bool {
+        self.harness.query_all_by_label_contains(words).next().is_some()
+    }
+
     fn verdicts(&self) -> Vec<Option<Verdict>> {
         let verdict = |outcome: &Outcome| match outcome {
             Outcome::Measured(inspection) => Some(inspection.verdict),
@@ -115,6 +120,28 @@ fn a_sequence_runs_to_its_end_past_a_bad_scan_and_writes_the_command_lines_bytes
     project.run(["run", "demo.toml", "--out", "by_command"]).assert_ended(1, &[]);
     assert_eq!(project.files("results"), project.files("by_command"));
     project.assert_verified("results");
+}
+
+#[test]
+fn bad_and_incomplete_parts_say_what_to_do_and_a_lamp_leads_to_its_part() {
+    let project = Project::new();
+    project.write("scans/1.ply", &demo_file("scans/03_out_of_tolerance.ply"));
+    project.write("scans/2.ply", &demo_file("scans/04_flange_on_belt.ply"));
+    let mut window = Window::on(&project);
+    window.click("Run sequence");
+    window.wait("the first part", |app| app.facts().parts.len() == 1);
+    // The demo's third scan has three points out of tolerance (its truth).
+    assert!(window.shows("Fail, last part 1 of 2") && window.shows("3 of 26 points out of tolerance"));
+    assert!(window.says("Set this part aside") && window.shows("Worst points of part 1"));
+    window.wait("the end", |app| app.facts().last_end.is_some());
+    assert_eq!(window.verdicts(), [Some(Verdict::Fail), Some(Verdict::NotMeasured)]);
+    assert!(window.shows("Incomplete, last part 2 of 2") && window.says("Scan this part again"));
+    // No press makes a part in a microsecond.
+    window.ask(Action::Takt(Some(1e-6)));
+    window.harness.step();
+    assert!(window.says("Slower than the press by"));
+    window.click("Fail, part 1 of 2");
+    assert_eq!((window.app().view().screen, window.app().view().part), (Screen::Results, Some(0)));
 }
 
 #[test]
