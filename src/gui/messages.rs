@@ -4,9 +4,11 @@ use super::action::Action;
 use super::fonts;
 use super::scope::Scope;
 use super::theme::size;
-use super::widgets::sign;
+use super::widgets::buttons::{self, Weight};
+use super::widgets::{sign, words};
 use crate::diagnostic::{Diagnostic, Severity};
-use egui::{Frame, Margin, Panel, RichText, Ui, Vec2};
+use crate::report::words::{capital, clean};
+use egui::{Align2, Frame, Panel, Rect, Ui, Vec2, pos2, vec2};
 
 /// A message as one text: place, what was found. The severity is told by its sign.
 pub(super) fn sentence(diagnostic: &Diagnostic) -> String {
@@ -15,32 +17,40 @@ pub(super) fn sentence(diagnostic: &Diagnostic) -> String {
     text.to_owned()
 }
 
+/// Where it is, and what to do.
+fn note(message: &Diagnostic) -> String {
+    let place = message.file.as_ref().map(|file| match message.line {
+        Some(line) => format!("{}:{line}", file.display()),
+        None => file.display().to_string(),
+    });
+    let help = message.help.as_deref().map(capital);
+    [place, help].into_iter().flatten().collect::<Vec<_>>().join("   ")
+}
+
 /// Shows the message that nobody put away yet.
 pub(super) fn message_ui(ui: &mut Ui, scope: &mut Scope) {
-    let Some(message) = scope.facts.message.clone() else { return };
+    let Some(message) = &scope.facts.message else { return };
     let theme = scope.theme;
-    let fill = if message.severity == Severity::Error { theme.fail_fill } else { theme.undecided_fill };
-    let frame = Frame::NONE.fill(fill).inner_margin(Margin::symmetric(16, 8));
-    Panel::top("message").frame(frame).show(ui, |ui| {
-        ui.horizontal(|ui| {
-            let (place, _) = ui.allocate_exact_size(Vec2::splat(28.0), egui::Sense::hover());
-            sign::problem(ui.painter(), place, message.severity == Severity::Error, theme);
-            let close = scope.words.text("messages.dismiss");
-            let width = ui.available_width() - 150.0;
-            ui.allocate_ui(egui::vec2(width, 0.0), |ui| {
-                ui.vertical(|ui| {
-                    ui.label(RichText::new(sentence(&message)).font(fonts::semibold(size::BAR)).color(theme.text));
-                    if let Some(help) = &message.help {
-                        ui.label(RichText::new(help).size(size::BODY).color(theme.text));
-                    }
-                });
-            });
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let button = egui::Button::new(RichText::new(close).size(size::BAR)).min_size(Vec2::new(96.0, 40.0));
-                if ui.add(button).clicked() {
-                    scope.ask(Action::Dismiss);
-                }
-            });
-        });
+    // The colours of verdicts are for verdicts.
+    let frame = Frame::NONE.fill(theme.raised);
+    let mut dismissed = false;
+    Panel::top("message").frame(frame).exact_size(64.0).show(ui, |ui| {
+        let inside = ui.max_rect().shrink2(vec2(16.0, 8.0));
+        let mark = Rect::from_center_size(inside.left_center() + vec2(18.0, 0.0), Vec2::splat(34.0));
+        sign::problem(ui.painter(), mark, message.severity == Severity::Error, theme);
+        let close = scope.words.text("messages.dismiss");
+        let wide = words::width(ui, close, fonts::semibold(size::BAR)) + 40.0;
+        let button = inside.with_min_x(inside.right() - wide);
+        let font = fonts::semibold(size::BAR);
+        dismissed = buttons::with_words(ui, "dismiss", button, Weight::Quiet, close, font, theme).clicked();
+        let text = Rect::from_min_max(pos2(mark.right() + 14.0, inside.top()), button.left_bottom() - vec2(16.0, 0.0));
+        let what = capital(&clean(&message.message));
+        let upper = text.with_max_y(text.center().y);
+        words::line(ui, upper, Align2::LEFT_CENTER, &what, fonts::semibold(size::BAR), theme.text);
+        let lower = text.with_min_y(text.center().y);
+        words::line(ui, lower, Align2::LEFT_CENTER, &clean(&note(message)), fonts::regular(size::BODY), theme.text);
     });
+    if dismissed {
+        scope.ask(Action::Dismiss);
+    }
 }

@@ -301,3 +301,28 @@ fn help_lists_the_keys_and_escape_puts_it_away() {
     window.harness.run_steps(2);
     assert!(!window.shows("Keys"));
 }
+
+#[test]
+fn a_run_without_scans_says_what_to_do_and_the_message_can_be_put_away() {
+    let project = Project::new();
+    let mut window = Window::on(&project);
+    window.click("Run sequence");
+    window.wait("the end", |app| app.facts().last_end.is_some());
+    assert!(window.says("No scan matches \"*.ply\"") && window.says("Put scans there"));
+    assert!(window.shows("The sequence could not go on"));
+    window.click("Got it");
+    assert!(!window.says("No scan matches"));
+}
+
+#[test]
+fn scans_that_are_named_are_inspected_and_no_others() {
+    let project = Project::new();
+    project.write("scans/1.ply", &tiny_scan(1));
+    project.write("elsewhere.ply", &tiny_scan(2));
+    let mut window = Window::on(&project);
+    window.ask(Action::Inspect(vec![project.path("elsewhere.ply")]));
+    window.wait("the end", |app| app.facts().last_end.is_some());
+    let names: Vec<&str> = window.app().facts().parts.iter().map(|part| part.scan_name()).collect();
+    assert_eq!(names, ["elsewhere.ply"]);
+    assert_eq!(project.results(), 1);
+}
