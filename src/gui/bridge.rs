@@ -6,7 +6,7 @@
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::inspect::Inspected;
 use crate::part::Part;
-use crate::plan::{self, Plan};
+use crate::plan::{self, Draft, Plan};
 use crate::run::{CancelToken, RunContext, Stage};
 use crate::worker::scans::{Links, list_scans};
 use crate::worker::{
@@ -54,8 +54,8 @@ pub enum Event {
     Opened(Box<Opened>),
     /// From a sequence.
     Sequence(worker::Event),
-    /// A sequence has ended.
-    Ended(SequenceSummary),
+    /// A sequence has ended; the scans that lie in its folder now.
+    Ended(SequenceSummary, Option<Scans>),
     /// A scan was inspected again.
     Fetched {
         /// Its place in `Facts::parts`.
@@ -74,6 +74,8 @@ pub enum Event {
 pub struct Opened {
     /// Its file.
     pub path: PathBuf,
+    /// Whether there is such a file at all.
+    pub found: bool,
     /// The plan, if it can be run.
     pub plan: Option<Arc<Plan>>,
     /// Its CAD.
@@ -81,8 +83,11 @@ pub struct Opened {
     /// All problems.
     pub problems: Vec<Diagnostic>,
     /// The scans in its folder.
-    pub scans: Option<Result<Vec<PathBuf>, Diagnostic>>,
+    pub scans: Option<Scans>,
 }
+
+/// The scans in a folder, or why they cannot be listed.
+pub type Scans = Result<Vec<PathBuf>, Diagnostic>;
 
 struct Order {
     generation: u64,
@@ -182,7 +187,8 @@ fn carry_out(job: Job, stop: &StopSwitch, teller: &Teller) {
         Job::Open(path) => open(path, stop, teller),
         Job::Run(request) => {
             let summary = run_sequence(&request, stop, &|event| teller.tell(Event::Sequence(event)));
-            teller.tell(Event::Ended(summary));
+            let scans = scans_of(&plan::load(&request.plan_path).draft);
+            teller.tell(Event::Ended(summary, scans));
         }
         Job::Fetch { at, scan, plan, part } => fetch(at, scan, Examiner { plan, part }, &stop.now, teller),
         #[cfg(test)]
@@ -204,9 +210,7 @@ fn open(path: PathBuf, stop: &StopSwitch, teller: &Teller) {
     let run = RunContext::new(&stop.now, &observe);
     let Ok(problems) = check_plan(&path, &run) else { return };
     let loaded = plan::load(&path);
-    let scans = loaded.draft.scans.as_ref().map(|settings| {
-        list_scans(settings, Links::Follow).map(|files| files.into_iter().map(|file| file.path).collect())
-    });
+    let scans = scans_of(&loaded.draft);
     let plan = loaded.plan;
     let part = match plan.as_ref().map(|plan| prepare_part(plan, &run)) {
         Some(Err(ReadError::Cancelled(_))) => return,
@@ -214,7 +218,14 @@ fn open(path: PathBuf, stop: &StopSwitch, teller: &Teller) {
         // What is wrong with it stands among the problems.
         Some(Err(_)) | None => None,
     };
-    teller.tell(Event::Opened(Box::new(Opened { path, plan: plan.map(Arc::new), part, problems, scans })));
+    let found = path.is_file();
+    teller.tell(Event::Opened(Box::new(Opened { path, found, plan: plan.map(Arc::new), part, problems, scans })));
+}
+
+/// The scans that a plan finds now.
+fn scans_of(draft: &Draft) -> Option<Scans> {
+    let settings = draft.scans.as_ref()?;
+    Some(list_scans(settings, Links::Follow).map(|files| files.into_iter().map(|file| file.path).collect()))
 }
 
 fn fetch(at: usize, scan: PathBuf, examiner: Examiner, cancel: &CancelToken, teller: &Teller) {

@@ -1,7 +1,7 @@
 //! What the worker tells becomes fact here and nowhere else.
 
 use super::app::App;
-use super::bridge::{Event, Opened};
+use super::bridge::{Event, Opened, Scans};
 use super::facts::{FinishedPart, Job, RunningScan, Troubles};
 use super::settings::ShiftCounts;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -18,7 +18,7 @@ pub(super) fn event(app: &mut App, event: Event) {
         Event::Stage(stage) => enter(app, stage),
         Event::Opened(opened) => self::opened(app, *opened),
         Event::Sequence(event) => sequence(app, event),
-        Event::Ended(summary) => ended(app, summary),
+        Event::Ended(summary, scans) => ended(app, summary, scans),
         Event::Fetched { at, inspected, took } => fetched(app, at, *inspected, took),
         Event::Failed(fault) => {
             app.facts.job = Job::Idle;
@@ -39,6 +39,10 @@ fn enter(app: &mut App, stage: Stage) {
 }
 
 fn opened(app: &mut App, opened: Opened) {
+    if opened.found {
+        app.settings.remember(&opened.path);
+        app.keep_settings();
+    }
     let facts = &mut app.facts;
     facts.job = Job::Idle;
     facts.plan_path = Some(opened.path);
@@ -136,8 +140,9 @@ fn count(shift: &mut ShiftCounts, outcome: &Outcome) {
     }
 }
 
-fn ended(app: &mut App, summary: SequenceSummary) {
+fn ended(app: &mut App, summary: SequenceSummary, scans: Option<Scans>) {
     app.facts.job = Job::Idle;
+    app.facts.scans = scans;
     app.facts.troubles = Troubles::default();
     if let Some(error) = &summary.error {
         app.facts.message = Some(error.clone());

@@ -65,7 +65,6 @@ fn open(app: &mut App, path: PathBuf) {
         return;
     }
     let path = std::path::absolute(&path).unwrap_or(path);
-    app.settings.remember(&path);
     app.facts = Facts {
         plan_path: Some(path.clone()),
         job: Job::Opening { path: path.clone(), stage: None },
@@ -75,7 +74,6 @@ fn open(app: &mut App, path: PathBuf) {
     app.view.point = None;
     app.view.typed_path = None;
     app.begin(bridge::Job::Open(path));
-    app.keep_settings();
 }
 
 /// Whether a sequence can be begun; else why not, as a key among the texts.
