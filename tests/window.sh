@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Opens the window on a screen of its own, runs the demo by clicks, and saves pictures of what is seen.
 #
-#     tests/window.sh PROGRAM FOLDER [WIDTHxHEIGHT] [light|dark]
+#     tests/window.sh PROGRAM FOLDER [WIDTHxHEIGHT] [light|dark] [en|sv|de]
 #
 # Needs Xvfb, xdotool and ImageMagick's import. Ends with 1 when the window does not come or the demo gives no results.
 set -euo pipefail
@@ -9,6 +9,7 @@ program="$(realpath "$1")"
 folder="$2"
 size="${3:-1280x800}"
 theme="${4:-light}"
+language="${5:-en}"
 mkdir -p "$folder"
 folder="$(realpath "$folder")"
 
@@ -34,8 +35,8 @@ done
 width="${size%x*}"
 height="${size#*x}"
 mkdir -p "$XDG_CONFIG_HOME/shapeline"
-printf 'theme = "%s"\n[window]\nposition = [0.0, 0.0]\nsize = [%s.0, %s.0]\nmaximized = false\n' \
-  "$theme" "$width" "$height" > "$XDG_CONFIG_HOME/shapeline/window.toml"
+printf 'theme = "%s"\nlanguage = "%s"\n[window]\nposition = [0.0, 0.0]\nsize = [%s.0, %s.0]\nmaximized = false\n' \
+  "$theme" "$language" "$width" "$height" > "$XDG_CONFIG_HOME/shapeline/window.toml"
 "$program" 2> "$home/said" &
 window=$!
 
@@ -57,7 +58,7 @@ wait_for() {
   exit 1
 }
 
-picture() { import -window root "$folder/$1_${size}_$theme.png"; }
+picture() { import -window root "$folder/$1_${size}_${theme}_$language.png"; }
 results() { [ "$(find "$home/data/shapeline/demo/results" -name '*.json' | wc -l)" -ge "$1" ]; }
 
 wait_for "the window" xdotool search --name '^Shapeline$'
@@ -65,10 +66,10 @@ sleep 2
 # No window manager gives it the keyboard.
 wait_for "the keyboard" xdotool search --onlyvisible --name '^Shapeline$' windowfocus
 picture operator_ready
-# The button for the sequence stands in the upper right, at every size.
-if [ "$width" -ge 1600 ]; then run_x=$((width - 24 - 296)); run_y=$((72 + 66 + 66))
-else run_x=$((width - 16 - 210)); run_y=$((64 + 56 + 52)); fi
-xdotool mousemove "$run_x" "$run_y" sleep 0.2 click 1
+# The button for the sequence stands in the upper right of wide windows.
+if [ "$width" -ge 1600 ]; then xdotool mousemove $((width - 24 - 296)) $((72 + 66 + 66)) sleep 0.2 click 1
+elif [ "$width" -ge 1200 ]; then xdotool mousemove $((width - 16 - 210)) $((64 + 56 + 52)) sleep 0.2 click 1
+else xdotool key F5; fi
 wait_for "the first result" results 1
 sleep 0.4
 picture operator_running
@@ -81,3 +82,8 @@ picture results
 xdotool key ctrl+1 sleep 0.3 key F1
 sleep 1
 picture help
+xdotool key Escape
+# Help is the last button of the bar, View the one before it.
+xdotool mousemove $((width - 142)) 32 sleep 0.2 click 1
+sleep 1
+picture view_menu

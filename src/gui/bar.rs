@@ -90,8 +90,10 @@ fn menus_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     if help.clicked() {
         scope.ask(Action::Help(true));
     }
-    Popup::menu(&view).close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| view_menu_ui(ui, scope));
-    Popup::menu(&open).show(|ui| open_menu_ui(ui, scope));
+    let frame = Frame::menu(ui.style()).inner_margin(12);
+    let stays = PopupCloseBehavior::CloseOnClickOutside;
+    Popup::menu(&view).frame(frame).close_behavior(stays).show(|ui| view_menu_ui(ui, scope));
+    Popup::menu(&open).frame(frame).show(|ui| open_menu_ui(ui, scope));
 }
 
 /// A row of a menu that a glove can hit.
@@ -193,10 +195,11 @@ pub(super) fn status_ui(ui: &mut Ui, scope: &mut Scope) {
             None => String::new(),
         };
         let (font, colour) = (fonts::regular(size::TABLE), scope.theme.quiet);
-        let half = place.center().x;
         let shift = shift_words(scope);
-        words::line(ui, place.with_max_x(half - 8.0), Align2::LEFT_CENTER, &left, font.clone(), colour);
-        words::line(ui, place.with_min_x(half - 80.0), Align2::RIGHT_CENTER, &shift, font, colour);
+        // What this shift brought is shown whole; where reports go gets the rest.
+        let right = place.right() - words::width(ui, &shift, font.clone());
+        words::line(ui, place, Align2::RIGHT_CENTER, &shift, font.clone(), colour);
+        words::line(ui, place.with_max_x(right - 24.0), Align2::LEFT_CENTER, &left, font, colour);
     });
 }
 

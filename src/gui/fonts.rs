@@ -73,6 +73,7 @@ fn visuals(theme: &Theme) -> egui::Visuals {
     visuals.hyperlink_color = theme.accent;
     visuals.faint_bg_color = theme.window;
     visuals.extreme_bg_color = theme.panel;
+    visuals.text_edit_bg_color = Some(theme.window);
     visuals.code_bg_color = theme.raised;
     visuals.warn_fg_color = theme.undecided_text;
     visuals.error_fg_color = theme.fail;

@@ -19,8 +19,16 @@ struct Lamp {
     sign: Sign,
     /// The scan's name without its ending.
     scan: String,
+    /// What stands below the sign of it.
+    label: String,
     /// Its part, when there is a result to look at: place in `Facts::parts`, index, how many there were.
     part: Option<(usize, usize, Option<usize>)>,
+}
+
+impl Lamp {
+    fn without_result(sign: Sign, scan: String) -> Self {
+        Self { sign, scan, label: String::new(), part: None }
+    }
 }
 
 /// Draws the card.
@@ -38,7 +46,9 @@ pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope
             words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BODY), theme.text);
         }
     }
-    let lamps = lamps(scope.facts, count);
+    let mut lamps = lamps(scope.facts, count);
+    let room = lamp_places(place, count).next().map_or(0.0, |place| place.width() - 4.0);
+    shorten_all(&mut lamps, (room / words::width(ui, "0", fonts::mono(15.0))) as usize);
     for (k, (lamp, place)) in lamps.iter().zip(lamp_places(place, count)).enumerate() {
         lamp_ui(ui, place, k, lamp, scope);
     }
@@ -77,29 +87,31 @@ fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
     let label = Rect::from_min_max(pos2(place.left() + 2.0, sign.bottom() + 3.0), place.max - vec2(2.0, 0.0));
     let label = label.with_max_y(label.top() + 20.0);
     let colour = if lamp.part.is_some() { theme.text } else { theme.quiet };
-    let text = short(ui, &lamp.scan, label.width());
-    ui.painter().text(label.center(), Align2::CENTER_CENTER, text, fonts::mono(15.0), colour);
+    ui.painter().text(label.center(), Align2::CENTER_CENTER, &lamp.label, fonts::mono(15.0), colour);
     if let (true, Some((at, ..))) = (response.clicked(), lamp.part) {
         scope.ask(Action::ChoosePart(Some(at)));
     }
 }
 
-/// A name that fits: whole, or else the number at its front or its end, or else as much of it as there is room for.
-fn short(ui: &Ui, name: &str, room: f32) -> String {
-    let each = words::width(ui, "0", fonts::mono(15.0));
-    shortened(name, (room / each) as usize)
+/// Labels that fit: all names whole, or else all by their numbers.
+fn shorten_all(lamps: &mut [Lamp], fits: usize) {
+    let whole = lamps.iter().all(|lamp| lamp.scan.chars().count() <= fits);
+    for lamp in lamps {
+        lamp.label = if whole { lamp.scan.clone() } else { shortened(&lamp.scan, fits) };
+    }
 }
 
+/// The number at a name's front or its end; without one, as much of the name as there is room for.
 fn shortened(name: &str, fits: usize) -> String {
-    if name.chars().count() <= fits {
-        return name.to_owned();
-    }
     let digit = |c: &char| c.is_ascii_digit();
     let front: String = name.chars().take_while(digit).collect();
     let end = name.len() - name.chars().rev().take_while(digit).count();
     let number = if front.is_empty() { &name[end..] } else { &front };
     if !number.is_empty() && number.len() <= fits {
         return number.to_owned();
+    }
+    if name.chars().count() <= fits {
+        return name.to_owned();
     }
     name.chars().take(fits.saturating_sub(1)).chain(std::iter::once('…')).collect()
 }
@@ -114,12 +126,13 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
         .map(|(at, part)| Lamp {
             sign: Sign::of(&part.result),
             scan: clean(&part.short_name()),
+            label: String::new(),
             part: Some((at, part.index, part.of)),
         })
         .collect();
     let running = facts.running();
     if let Some(scan) = running.and_then(|r| r.scan.as_ref()) {
-        lamps.push(Lamp { sign: Sign::Running, scan: stem(&scan.path), part: None });
+        lamps.push(Lamp::without_result(Sign::Running, stem(&scan.path)));
     }
     let surplus = lamps.len().saturating_sub(count);
     lamps.drain(..surplus);
@@ -133,8 +146,8 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
         _ => &[],
     };
     let room = count - lamps.len();
-    lamps.extend(to_come.iter().take(room).map(|scan| Lamp { sign: Sign::None, scan: stem(scan), part: None }));
-    lamps.resize(count, Lamp { sign: Sign::None, scan: String::new(), part: None });
+    lamps.extend(to_come.iter().take(room).map(|scan| Lamp::without_result(Sign::None, stem(scan))));
+    lamps.resize(count, Lamp::without_result(Sign::None, String::new()));
     lamps
 }
 

@@ -55,7 +55,7 @@ pub fn places(inside: Rect) -> Places {
     let size = inside.size();
     match size {
         s if s.x < 800.0 || s.y < 420.0 => bare(inside),
-        s if s.x < 1200.0 || s.y < 640.0 => column(inside),
+        s if s.x < 1200.0 || s.y < 600.0 => column(inside),
         s if s.x < 1600.0 || s.y < 860.0 => compact(inside),
         _ => full(inside),
     }

@@ -5,6 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::gui::facts::{Job, Running};
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
+use crate::gui::perform::may_run;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::size;
@@ -136,7 +137,7 @@ fn running_title(running: &Running, words: &Words) -> String {
 fn idle_title(scope: &Scope) -> String {
     let (facts, words) = (scope.facts, scope.words);
     let Some(end) = &facts.last_end else {
-        let key = if facts.plan.is_some() { "operator.waiting_for_you" } else { "operator.no_plan" };
+        let key = may_run(facts).err().unwrap_or("operator.waiting_for_you");
         return words.text(key).to_owned();
     };
     let last = facts.parts.last().map(|p| words.thousands(p.index));

@@ -2,8 +2,7 @@
 //! it from running.
 
 use super::worst::{Row, RowSign, rows_ui};
-use crate::diagnostic::Severity;
-use crate::gui::messages::sentence;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::gui::scope::Scope;
 use crate::gui::widgets::cards;
 use crate::report::words::capital;
@@ -19,7 +18,7 @@ pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
         .map(|problem| Row {
             sign: RowSign::Problem(problem.severity == Severity::Error),
             sentence: capital(&problem.message),
-            note: problem.help.as_deref().map(capital).unwrap_or_else(|| sentence(problem)),
+            note: note(problem),
         })
         .collect();
     if problems.is_empty() {
@@ -28,6 +27,14 @@ pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
         let title = scope.words.count("operator.problems", problems.len());
         rows_ui(ui, place, &title, rows, &problems, scope.theme);
     }
+}
+
+/// What to do about a problem, and where it stands.
+fn note(problem: &Diagnostic) -> String {
+    let help = problem.help.as_deref().map(capital);
+    let name = problem.file.as_ref().and_then(|file| file.file_name()).map(|n| n.to_string_lossy().into_owned());
+    let place = name.map(|name| problem.line.map_or(name.clone(), |line| format!("{name}:{line}")));
+    [place, help].into_iter().flatten().collect::<Vec<_>>().join("   ")
 }
 
 fn checks(scope: &Scope) -> Vec<Row> {

@@ -22,15 +22,16 @@ pub(super) fn takt_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
     let font = fonts::mono(if tall { 40.0 } else { 32.0 });
     let number = words::line(ui, row, Align2::LEFT_CENTER, &figure, font, theme.text);
     let beside = row.with_min_x(number.right() + 10.0);
-    let middle = beside.right() - 0.36 * inner.width();
     let unit = w.text("operator.seconds_a_part");
-    words::line(ui, beside.with_max_x(middle), Align2::LEFT_CENTER, unit, fonts::regular(size::CARD), theme.text);
-    let (right, colour) = (beside.with_min_x(middle), theme.quiet);
     let told = match takt {
         Some(takt) => w.fill("operator.takt", &[("s", &w.number(takt, 1))]),
         None => w.text("operator.no_takt").to_owned(),
     };
-    words::line(ui, right, Align2::RIGHT_CENTER, &told, fonts::regular(size::BAR), colour);
+    // Both shrink alike where a language needs more room.
+    let both = format!("{unit}   {told}");
+    let fit = words::fitting_size(ui, &both, fonts::regular, beside.width(), size::CARD, size::NOTE);
+    words::line(ui, beside, Align2::LEFT_CENTER, unit, fonts::regular(fit), theme.text);
+    words::line(ui, beside, Align2::RIGHT_CENTER, &told, fonts::regular(fit.min(size::BAR)), theme.quiet);
     let bar = Rect::from_min_max(pos2(inner.left(), row.bottom() + 6.0), pos2(inner.right(), row.bottom() + 24.0));
     let (Some(takt), true) = (takt, bar.bottom() <= inner.bottom()) else {
         let hint = w.text("operator.takt_hint");

@@ -49,7 +49,7 @@ fn largest_word(form: Form) -> f32 {
     match form {
         Form::Full => 208.0,
         Form::Compact => 150.0,
-        Form::Column => 110.0,
+        Form::Column => 150.0,
         Form::Bare => 96.0,
     }
 }
@@ -59,7 +59,7 @@ fn split(ui: &Ui, inner: Rect, form: Form, said: &Said) -> (Rect, Rect) {
     let (largest, least) = match form {
         Form::Full => (270.0, 150.0),
         Form::Compact => (204.0, 120.0),
-        Form::Column => (150.0, 96.0),
+        Form::Column => (204.0, 96.0),
         Form::Bare => (120.0, 64.0),
     };
     let gap = if form == Form::Full { 56.0 } else { 32.0 };
@@ -88,7 +88,7 @@ fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
     let note_height = line(note) * lines as f32;
     let bottom = place.bottom() - note_height;
     let note_place = Rect::from_min_max(pos2(place.left(), bottom), place.max);
-    let sentence_size = if refused { 0.75 * sentence } else { sentence };
+    let sentence_size = if refused { (0.75 * sentence).max(size::NOTE) } else { sentence };
     let sentence_height = line(sentence_size) * lines as f32;
     let at = Rect::from_min_max(pos2(place.left(), bottom - sentence_height), pos2(place.right(), bottom));
     let font = fonts::semibold(sentence_size);
@@ -97,7 +97,9 @@ fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
         words::block(ui, note_place, Align2::LEFT_CENTER, &said.note, fonts::regular(note), theme.text, lines);
     }
     let room = Rect::from_min_max(top.left_bottom(), at.right_top());
-    let largest = largest_word(form).min(room.height() / 1.0);
+    // A letter that hangs below the line must not touch the sentence.
+    let hangs = said.word.contains(['g', 'j', 'p', 'q', 'y']);
+    let largest = largest_word(form).min(if hangs { room.height() / 1.15 } else { room.height() });
     let fit = words::fitting_size(ui, &said.word, fonts::bold, room.width(), largest, 40.0);
     words::line(ui, room, Align2::LEFT_CENTER, &said.word, fonts::bold(fit), said.sign.text_colour(theme));
 }
