@@ -205,19 +205,38 @@ impl Facts {
         }
     }
 
-    /// Thins the oldest parts until the rest is within bounds; `keep` stays.
+    /// Thins the oldest parts until the rest is within bounds; `keep` and the newest stay.
     fn let_go(&mut self, keep: usize) {
-        let mut bytes: usize = self.parts.iter().map(|part| part.bytes()).sum();
-        let last = self.parts.len() - 1;
-        for k in 0..self.parts.len() {
-            if bytes <= KEEP_BYTES {
-                return;
-            }
-            let mine = self.parts[k].bytes();
-            if k != keep && k != last && mine > 0 {
-                self.parts[k] = Arc::new(self.parts[k].thinned());
-                bytes -= mine;
-            }
+        let bytes: Vec<usize> = self.parts.iter().map(|part| part.bytes()).collect();
+        for k in to_thin(&bytes, keep, KEEP_BYTES) {
+            self.parts[k] = Arc::new(self.parts[k].thinned());
         }
+    }
+}
+
+/// Which parts must be thinned, the oldest first, so that the rest takes no more than `most`; `keep` and the last never.
+fn to_thin(bytes: &[usize], keep: usize, most: usize) -> Vec<usize> {
+    let mut sum: usize = bytes.iter().sum();
+    let mut thin = Vec::new();
+    for (k, mine) in bytes.iter().enumerate() {
+        if sum > most && k != keep && k + 1 != bytes.len() && *mine > 0 {
+            thin.push(k);
+            sum -= mine;
+        }
+    }
+    thin
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_oldest_points_go_first_and_the_newest_never() {
+        assert!(to_thin(&[4, 4, 4], 2, 12).is_empty());
+        assert_eq!(to_thin(&[4, 0, 4, 4], 3, 5), [0, 2]);
+        // A part that was fetched again is looked at.
+        assert_eq!(to_thin(&[4, 4, 4, 4], 0, 8), [1, 2]);
+        assert_eq!(to_thin(&[50], 0, 8), [0; 0]);
     }
 }
