@@ -86,7 +86,7 @@ impl App {
         if let Some(action) = self.dialog.answer() {
             self.actions.push(action);
         }
-        keys::collect(ctx, &self.facts, &self.view, &mut self.actions);
+        keys::collect(ctx, &self.facts, &self.view, self.settings.magnification(), &mut self.actions);
         dialog::dropped(ctx, &mut self.actions);
         for action in std::mem::take(&mut self.actions) {
             perform::action(self, ctx, action);

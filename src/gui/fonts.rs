@@ -30,6 +30,12 @@ pub fn mono(points: f32) -> FontId {
 /// Gives fonts, sizes and both themes to egui; done once.
 pub fn install(ctx: &egui::Context) {
     ctx.set_fonts(definitions());
+    ctx.options_mut(|options| {
+        // Where the system does not tell: shop floors are bright.
+        options.fallback_theme = egui::Theme::Light;
+        // The scale is a setting, kept and stepped by `keys`.
+        options.zoom_with_keyboard = false;
+    });
     ctx.set_visuals_of(egui::Theme::Light, visuals(&Theme::LIGHT));
     ctx.set_visuals_of(egui::Theme::Dark, visuals(&Theme::DARK));
     ctx.all_styles_mut(|style| {

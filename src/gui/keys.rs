@@ -3,6 +3,7 @@
 use super::action::{Action, Screen};
 use super::facts::Facts;
 use super::scope::ViewState;
+use super::settings::SCALES;
 use egui::{Key, Modifiers};
 
 /// Shortcuts that hold on every screen: keys as people read them, and the key of what they do among the texts.
@@ -14,11 +15,12 @@ pub(super) const EVERYWHERE: &[(&str, &str)] = &[
     ("Ctrl+O", "help.open"),
     ("Ctrl+1, Ctrl+2", "help.screens"),
     ("Page up, Page down", "help.parts"),
+    ("Ctrl +, Ctrl −", "help.scale"),
     ("Tab, Enter", "help.controls"),
 ];
 
 /// Turns keys into actions.
-pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, actions: &mut Vec<Action>) {
+pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scale: f32, actions: &mut Vec<Action>) {
     let pressed = |modifiers: Modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
     if pressed(Modifiers::NONE, Key::F1) {
         actions.push(Action::Help(!view.help));
@@ -36,6 +38,15 @@ pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, acti
         if pressed(Modifiers::COMMAND, key) {
             actions.push(Action::Show(screen));
         }
+    }
+    let larger = pressed(Modifiers::COMMAND, Key::Plus) || pressed(Modifiers::COMMAND, Key::Equals);
+    if larger && let Some(next) = SCALES.iter().find(|s| **s > scale + 0.01) {
+        actions.push(Action::Scale(*next));
+    }
+    if pressed(Modifiers::COMMAND, Key::Minus)
+        && let Some(next) = SCALES.iter().rev().find(|s| **s < scale - 0.01)
+    {
+        actions.push(Action::Scale(*next));
     }
     // Esc takes away what lies on top before it stops anything.
     let on_top = view.help || view.typed_path.is_some();
