@@ -14,7 +14,10 @@ mkdir -p "$folder"
 folder="$(realpath "$folder")"
 
 home="$(mktemp -d)"
-screen="${SHAPELINE_TEST_DISPLAY:-:91}"
+# The first screen that nobody uses.
+number=91
+while [ -e "/tmp/.X$number-lock" ]; do number=$((number + 1)); done
+screen=":$number"
 Xvfb "$screen" -screen 0 "${size}x24" +extension GLX >/dev/null 2>&1 &
 server=$!
 window=""
