@@ -115,7 +115,10 @@ impl App {
         let screen = self.view.screen;
         bar::top_ui(ui, &mut scope);
         bar::status_ui(ui, &mut scope);
-        messages::message_ui(ui, &mut scope);
+        // On the operator's screen nothing may move.
+        if screen != Screen::Operator {
+            messages::message_ui(ui, &mut scope);
+        }
         let frame = egui::Frame::NONE.fill(theme.window);
         egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| match screen {
             Screen::Results => results::results_ui(ui, &mut scope, &mut self.results),

@@ -27,30 +27,37 @@ fn note(message: &Diagnostic) -> String {
     [place, help].into_iter().flatten().collect::<Vec<_>>().join("   ")
 }
 
-/// Shows the message that nobody put away yet.
+/// How high a message is.
+pub(super) const HEIGHT: f32 = 52.0;
+
+/// Shows the message that nobody put away yet, over a screen that has no place for it.
 pub(super) fn message_ui(ui: &mut Ui, scope: &mut Scope) {
+    if scope.facts.message.is_some() {
+        let frame = Frame::NONE.fill(scope.theme.raised);
+        Panel::top("message").frame(frame).exact_size(HEIGHT).show(ui, |ui| place_ui(ui, ui.max_rect(), scope));
+    }
+}
+
+/// Shows the message in a place of a screen.
+pub(super) fn place_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     let Some(message) = &scope.facts.message else { return };
     let theme = scope.theme;
     // The colours of verdicts are for verdicts.
-    let frame = Frame::NONE.fill(theme.raised);
-    let mut dismissed = false;
-    Panel::top("message").frame(frame).exact_size(64.0).show(ui, |ui| {
-        let inside = ui.max_rect().shrink2(vec2(16.0, 8.0));
-        let mark = Rect::from_center_size(inside.left_center() + vec2(18.0, 0.0), Vec2::splat(34.0));
-        sign::problem(ui.painter(), mark, message.severity == Severity::Error, theme);
-        let close = scope.words.text("messages.dismiss");
-        let wide = words::width(ui, close, fonts::semibold(size::BAR)) + 40.0;
-        let button = inside.with_min_x(inside.right() - wide);
-        let font = fonts::semibold(size::BAR);
-        dismissed = buttons::with_words(ui, "dismiss", button, Weight::Quiet, close, font, theme).clicked();
-        let text = Rect::from_min_max(pos2(mark.right() + 14.0, inside.top()), button.left_bottom() - vec2(16.0, 0.0));
-        let what = capital(&clean(&message.message));
-        let upper = text.with_max_y(text.center().y);
-        words::line(ui, upper, Align2::LEFT_CENTER, &what, fonts::semibold(size::BAR), theme.text);
-        let lower = text.with_min_y(text.center().y);
-        words::line(ui, lower, Align2::LEFT_CENTER, &clean(&note(message)), fonts::regular(size::BODY), theme.text);
-    });
-    if dismissed {
+    ui.painter().rect_filled(place, 0, theme.raised);
+    let inside = place.shrink2(vec2(16.0, 4.0));
+    let mark = Rect::from_center_size(inside.left_center() + vec2(18.0, 0.0), Vec2::splat(34.0));
+    sign::problem(ui.painter(), mark, message.severity == Severity::Error, theme);
+    let close = scope.words.text("messages.dismiss");
+    let wide = words::width(ui, close, fonts::semibold(size::BAR)) + 40.0;
+    let button = inside.with_min_x(inside.right() - wide);
+    let text = Rect::from_min_max(pos2(mark.right() + 14.0, inside.top()), button.left_bottom() - vec2(16.0, 0.0));
+    let what = capital(&clean(&message.message));
+    let upper = text.with_max_y(text.center().y);
+    words::line(ui, upper, Align2::LEFT_CENTER, &what, fonts::semibold(size::BAR), theme.text);
+    let lower = text.with_min_y(text.center().y);
+    words::line(ui, lower, Align2::LEFT_CENTER, &clean(&note(message)), fonts::regular(size::BODY), theme.text);
+    let font = fonts::semibold(size::BAR);
+    if buttons::with_words(ui, "dismiss", button, Weight::Quiet, close, font, theme).clicked() {
         scope.ask(Action::Dismiss);
     }
 }

@@ -306,8 +306,10 @@ fn help_lists_the_keys_and_escape_puts_it_away() {
 fn a_run_without_scans_says_what_to_do_and_the_message_can_be_put_away() {
     let project = Project::new();
     let mut window = Window::on(&project);
+    let button = window.harness.get_by_label("Run sequence").rect();
     window.click("Run sequence");
     window.wait("the end", |app| app.facts().last_end.is_some());
+    assert_eq!(window.harness.get_by_label("Run sequence").rect(), button, "the button never moves");
     assert!(window.says("No scan matches \"*.ply\"") && window.says("Put scans there"));
     assert!(window.shows("The sequence could not go on"));
     window.click("Got it");

@@ -127,7 +127,7 @@ fn compact(inside: Rect) -> Places {
 fn column(inside: Rect) -> Places {
     let gap = 12.0;
     let (left, right) = (inside.left() + gap, inside.right() - gap);
-    let loaded = edges(left, inside.top() + 4.0, right, inside.top() + 48.0);
+    let loaded = edges(left, inside.top() + 4.0, right, inside.top() + 52.0);
     let lamps = edges(left, inside.bottom() - 8.0 - 100.0, right, inside.bottom() - 8.0);
     let (top, bottom) = (loaded.bottom() + 4.0, lamps.top() - gap);
     // From the bottom: worst points while there is room for two, then what goes on, beside the switch.

@@ -10,15 +10,24 @@ mod side;
 mod verdict;
 mod worst;
 
+use super::messages;
 use super::scope::Scope;
 use egui::{Rect, Ui};
 
 /// Draws the screen.
 pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope) {
     let inside = ui.max_rect();
-    let places = layout::places(inside);
-    if let Some(place) = places.loaded {
-        loaded::loaded_ui(ui, place, scope);
+    let mut places = layout::places(inside);
+    let head = inside.with_max_y(inside.top() + messages::HEIGHT);
+    match (scope.facts.message.is_some(), places.loaded) {
+        // A message takes the place of what is loaded, so that neither verdict nor button moves.
+        (true, Some(_)) => messages::place_ui(ui, head, scope),
+        (true, None) => {
+            places = layout::places(inside.with_min_y(head.bottom()));
+            messages::place_ui(ui, head, scope);
+        }
+        (false, Some(place)) => loaded::loaded_ui(ui, place, scope),
+        (false, None) => {}
     }
     verdict::verdict_ui(ui, place_of(places.verdict), places.form, scope);
     run_button::run_ui(ui, places.run, scope);
