@@ -9,6 +9,7 @@ pub mod csv;
 pub mod differences;
 #[cfg(test)]
 pub mod example;
+pub mod flags;
 mod foretold;
 pub mod json;
 mod json_layout;

@@ -66,10 +66,60 @@ impl Palette {
     }
 }
 
+/// A palette laid over a range of deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// From minus to plus this value, mm; above 0.
+    pub range_mm: f64,
+    /// Its colours.
+    pub palette: Palette,
+    /// In so many steps of one colour; 0 = without steps.
+    pub bands: u8,
+}
+
+impl Scale {
+    /// The colour of a deviation; beyond the range, the end's colour.
+    pub fn colour(&self, deviation_mm: f64) -> Rgb {
+        self.palette.colour(self.in_bands(deviation_mm / self.range_mm))
+    }
+
+    /// A value on the scale from -1 to +1, moved into the middle of its band.
+    pub fn in_bands(&self, value: f64) -> f64 {
+        if self.bands == 0 {
+            return value;
+        }
+        let bands = f64::from(self.bands);
+        let band = ((value.clamp(-1.0, 1.0) + 1.0) * 0.5 * bands).floor().min(bands - 1.0);
+        (band + 0.5) * 2.0 / bands - 1.0
+    }
+
+    /// The ticks of a legend from the upper end down, mm: nine, or the limits of the bands where these are as few.
+    pub fn ticks_mm(&self) -> Vec<f64> {
+        let steps = if (2..=10).contains(&self.bands) { self.bands } else { 8 };
+        (0..=steps).map(|k| self.range_mm * (1.0 - 2.0 * f64::from(k) / f64::from(steps))).collect()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::{Matrix3, Vector3};
+
+    #[test]
+    fn bands_have_one_colour_each_and_ticks_at_their_limits() {
+        let scale = Scale { range_mm: 2.0, palette: Palette::default(), bands: 4 };
+        // The limits are -2, -1, 0, 1, 2; a limit belongs to the band above it, the upper end to the last one.
+        let middles =
+            [(-9.0, -1.5), (-2.0, -1.5), (-1.01, -1.5), (-1.0, -0.5), (0.0, 0.5), (0.99, 0.5), (2.0, 1.5), (9.0, 1.5)];
+        for (value, middle) in middles {
+            assert_eq!(scale.colour(value), Palette::default().colour(middle / 2.0), "{value}");
+        }
+        assert_eq!(scale.ticks_mm(), [2.0, 1.0, 0.0, -1.0, -2.0]);
+        let plain = Scale { bands: 0, ..scale };
+        assert_eq!(plain.colour(0.3), Palette::default().colour(0.15));
+        assert_eq!(plain.ticks_mm().len(), 9);
+        assert_eq!(scale.colour(f64::NAN), plain.colour(f64::NAN));
+    }
 
     /// Machado, Oliveira, Fernandes 2009, severity 1, applied to linear RGB.
     fn visions() -> [(&'static str, Matrix3<f64>); 4] {

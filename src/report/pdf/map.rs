@@ -1,12 +1,12 @@
 //! The colour map on paper: picture, markers, labels with leaders, legend.
 
 use super::document;
-use super::flags::{Flag, Margin, Room, place, split};
 use super::page::{Font, Page, Paint, Type, set};
 use super::signs::{kinds, marker, sign};
 use super::theme::{HATCH, LEFT, QUIET, REVERSE, RIGHT, STRONG, Sign, TEXT, WHITE};
 use crate::inspect::{Inspection, InspectionResult, PointResult, Verdict};
 use crate::part::Part;
+use crate::report::flags::{Flag, Margin, Room, place, split};
 use crate::report::palette::Palette;
 use crate::report::raster::{MapInput, MapPicture, MapStyle, draw};
 use crate::report::words::{deviation as deviation_words, kind, signed_mm, thousands, worst_first};

@@ -5,7 +5,6 @@
 
 mod document;
 mod first;
-mod flags;
 mod flow;
 mod map;
 mod notes;
