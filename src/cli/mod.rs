@@ -26,6 +26,9 @@ struct Arguments {
     /// No progress and no hints, only results and errors.
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// Measure how long the window's frames take on the first scan of the plan, and write that as JSON.
+    #[arg(long, value_name = "FILE", requires = "plan")]
+    frame_times: Option<PathBuf>,
     /// Plan to open in the window.
     plan: Option<PathBuf>,
     #[command(subcommand)]
@@ -144,7 +147,7 @@ fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
         Some(Command::Merge(_)) => Err(not_yet("`merge` (several views of a part made one cloud)")),
         Some(Command::MaskStudy(_)) => Err(not_yet("`mask-study` (thresholds of a merge)")),
-        None => window(arguments.plan),
+        None => window(arguments.plan, arguments.frame_times),
     }
 }
 
@@ -158,13 +161,17 @@ fn internal_fault(fault: &std::panic::PanicHookInfo<'_>) -> Diagnostic {
 
 /// Opens the window; returns when it is closed.
 #[cfg(feature = "gui")]
-fn window(plan: Option<PathBuf>) -> Result<Exit, Diagnostic> {
-    crate::gui::open(plan).map(|()| Exit::Good)
+fn window(plan: Option<PathBuf>, frame_times: Option<PathBuf>) -> Result<Exit, Diagnostic> {
+    match (plan, frame_times) {
+        (Some(plan), Some(file)) => crate::gui::frame_times(&plan, &file),
+        (plan, _) => crate::gui::open(plan),
+    }
+    .map(|()| Exit::Good)
 }
 
 /// A program that was built without the window says so.
 #[cfg(not(feature = "gui"))]
-fn window(plan: Option<PathBuf>) -> Result<Exit, Diagnostic> {
+fn window(plan: Option<PathBuf>, _frame_times: Option<PathBuf>) -> Result<Exit, Diagnostic> {
     let plan = plan.map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
     Err(Diagnostic::error("this program was built without the window")
         .with_help(format!("inspect with `shapeline run {plan}`, or see `shapeline --help`")))

@@ -1,5 +1,7 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
+mod results;
+
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{By, NodeT, Queryable};

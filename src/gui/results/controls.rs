@@ -1,0 +1,201 @@
+//! Buttons, menus and fields of the views.
+
+use super::ResultsView;
+use super::views::{Content, Labels};
+use crate::gui::fonts;
+use crate::gui::scene::camera::StandardView;
+use crate::gui::scene::content::Shown;
+use crate::gui::scene::renderer::Layer;
+use crate::gui::scope::Scope;
+use crate::gui::text::Words;
+use crate::gui::theme::size;
+use crate::report::palette::Palette;
+use egui::{Align, Button, Layout, Popup, Rect, RichText, Role, Stroke, Ui, WidgetInfo, pos2, vec2};
+
+fn small(text: &str) -> RichText {
+    RichText::new(text).size(size::TABLE)
+}
+
+/// A button that opens a menu: its words and a small triangle.
+fn menu_button(ui: &mut Ui, text: &str) -> egui::Response {
+    let button = ui.add(Button::new(small(&format!("{text}      "))));
+    let at = pos2(button.rect.right() - 13.0, button.rect.center().y);
+    let corners = [vec2(-4.0, -2.0), vec2(4.0, -2.0), vec2(0.0, 3.5)].map(|v| at + v);
+    let colour = ui.style().visuals.text_color();
+    ui.painter().add(egui::Shape::convex_polygon(corners.to_vec(), colour, Stroke::NONE));
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, text));
+    button
+}
+
+/// The standard views.
+pub fn standard_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
+    let names = ["1", "2", "3", "4", "5", "6", "Iso"];
+    let keys = [
+        "results.view_front",
+        "results.view_back",
+        "results.view_left",
+        "results.view_right",
+        "results.view_top",
+        "results.view_bottom",
+        "results.view_isometric",
+    ];
+    for ((name, standard), key) in names.into_iter().zip(StandardView::ALL).zip(keys).rev() {
+        let button = ui.add(Button::new(small(name)).min_size(vec2(26.0, 26.0)));
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text(key)));
+        if button.on_hover_text(words.text(key)).clicked() {
+            view.linked.show(standard);
+        }
+    }
+}
+
+/// The whole part.
+pub fn fit_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
+    let fit = ui.add(Button::new(small(&format!("{} F", words.text("results.fit_view")))));
+    fit.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text("results.fit_view")));
+    if fit.clicked() {
+        view.fit = true;
+    }
+}
+
+/// Which points have a flag.
+pub fn labels_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
+    let of = |labels| match labels {
+        Labels::Worst => words.text("results.labels_worst"),
+        Labels::All => words.text("results.labels_all"),
+        Labels::None => words.text("results.labels_none"),
+    };
+    let button = menu_button(ui, of(view.labels));
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, of(view.labels)));
+    Popup::menu(&button).show(|ui| {
+        for labels in [Labels::Worst, Labels::All, Labels::None] {
+            if ui.add(Button::selectable(view.labels == labels, of(labels))).clicked() {
+                view.labels = labels;
+            }
+        }
+    });
+}
+
+/// What the map view shows, and which points.
+pub fn layer_ui(ui: &mut Ui, alone: bool, content: &Content<'_>, view: &mut ResultsView, words: &Words) {
+    let of = |layer| match layer {
+        Layer::Cad => words.text("results.layer_cad"),
+        Layer::Surface => words.text("results.layer_surface"),
+        Layer::Cloud => words.text("results.layer_cloud"),
+    };
+    let now = view.layer(alone);
+    let button = menu_button(ui, of(now));
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, of(now)));
+    let close = egui::PopupCloseBehavior::CloseOnClickOutside;
+    Popup::menu(&button).close_behavior(close).show(|ui| {
+        for layer in [Layer::Cad, Layer::Surface, Layer::Cloud] {
+            if (alone || layer != Layer::Cad) && ui.add(Button::selectable(now == layer, of(layer))).clicked() {
+                view.layer = Some(layer);
+            }
+        }
+        ui.separator();
+        let keys = [
+            (Shown::Flagged, "results.points_flagged"),
+            (Shown::Belt, "results.points_belt"),
+            (Shown::Colour, "results.points_colour"),
+            (Shown::Stray, "results.points_stray"),
+            (Shown::Other, "results.points_other"),
+        ];
+        ui.label(small(words.text("results.points_shown")));
+        for (class, key) in keys {
+            let count = content.map.map_or(0, |m| m.cloud.counts[class as usize]);
+            let mut on = view.classes.has(class);
+            let text = format!("{} ({})", words.text(key), words.thousands(count));
+            if ui.add_enabled(count > 0, egui::Checkbox::new(&mut on, text)).changed() {
+                view.classes = view.classes.with(class, on);
+                view.layer = Some(Layer::Cloud);
+            }
+        }
+    });
+}
+
+/// Measuring on or off.
+pub fn measure_button_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
+    let text = words.text("results.measure");
+    let button = ui.add(Button::selectable(view.measuring, small(&format!("{text} M"))));
+    button.widget_info(|| WidgetInfo::selected(Role::Button, true, view.measuring, text));
+    if button.clicked() {
+        view.toggle_measuring();
+    }
+}
+
+/// The picture of a view: copied or saved.
+pub fn picture_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, words: &Words) {
+    let button = menu_button(ui, words.text("results.picture"));
+    Popup::menu(&button).show(|ui| {
+        if ui.button(format!("{}  Ctrl+C", words.text("results.copy_picture"))).clicked() {
+            view.picture.copy(ui.ctx(), at);
+        }
+        if ui.button(format!("{}  Ctrl+Shift+S", words.text("results.save_picture"))).clicked() {
+            view.picture.save(ui.ctx(), at);
+        }
+    });
+}
+
+/// Range, bands and palette of this view, under the legend.
+pub fn scale_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &Scope) {
+    let words = scope.words;
+    let place = Rect::from_min_max(pos2(at.left() + 80.0, at.bottom() - 38.0), at.max - vec2(10.0, 8.0));
+    let builder = egui::UiBuilder::new().max_rect(place).layout(Layout::right_to_left(Align::Center));
+    ui.scope_builder(builder, |ui| {
+        ui.spacing_mut().item_spacing.x = 6.0;
+        palette_ui(ui, view, words);
+        bands_ui(ui, view, words);
+        let id = ui.scope_id().with("range");
+        let typed = |view: &ResultsView| words.number(view.scale.range_mm, 3);
+        let mut text = ui.data_mut(|d| d.get_temp::<String>(id)).unwrap_or_else(|| typed(view));
+        let field = egui::TextEdit::singleline(&mut text).desired_width(68.0).font(fonts::mono(size::TABLE));
+        let field = ui.add(field);
+        field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, words.text("results.range")));
+        if field.has_focus() {
+            if let Some(range) = crate::gui::text::typed_number(&text).filter(|r| (1e-3..=1e3).contains(r)) {
+                view.scale.range_mm = range;
+            }
+            ui.data_mut(|d| d.insert_temp(id, text));
+        } else {
+            ui.data_mut(|d| d.remove_temp::<String>(id));
+        }
+        ui.label(small(words.text("results.range")));
+    });
+}
+
+fn bands_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
+    let of = |bands: u8| if bands == 0 { words.text("results.bands_off").to_owned() } else { bands.to_string() };
+    let text = format!("{} {}", words.text("results.bands"), of(view.scale.bands));
+    let button = menu_button(ui, &text);
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text("results.bands")));
+    Popup::menu(&button).show(|ui| {
+        for bands in [0, 4, 8, 16] {
+            if ui.add(Button::selectable(view.scale.bands == bands, of(bands))).clicked() {
+                view.scale.bands = bands;
+            }
+        }
+    });
+}
+
+fn palette_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
+    let of = |palette| match palette {
+        Palette::BlueGreyOrange => words.text("results.palette_default"),
+        Palette::Viridis => words.text("results.palette_viridis"),
+        Palette::Rainbow => words.text("results.palette_rainbow"),
+    };
+    let button = menu_button(ui, words.text("results.colours"));
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text("results.colours")));
+    Popup::menu(&button).show(|ui| {
+        for palette in [Palette::BlueGreyOrange, Palette::Viridis, Palette::Rainbow] {
+            let hard = palette != Palette::BlueGreyOrange;
+            let text = if hard {
+                format!("{} ({})", of(palette), words.text("results.palette_hard"))
+            } else {
+                of(palette).to_owned()
+            };
+            if ui.add(Button::selectable(view.scale.palette == palette, text)).clicked() {
+                view.scale.palette = palette;
+            }
+        }
+    });
+}

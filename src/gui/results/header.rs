@@ -1,0 +1,185 @@
+//! The line over the results: verdict, what was inspected, counts, and the parts of the sequence one click away.
+
+use super::trend::tail;
+use crate::gui::action::Action;
+use crate::gui::facts::FinishedPart;
+use crate::gui::fonts;
+use crate::gui::scope::Scope;
+use crate::gui::text::Words;
+use crate::gui::theme::size;
+use crate::gui::widgets::sign::Sign;
+use crate::gui::widgets::words as write;
+use crate::inspect::{Outcome, Verdict};
+use crate::report::words::Counts;
+use egui::{Align2, Button, CornerRadius, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
+use std::sync::Arc;
+
+/// Lamps of parts that are shown at most.
+const LAMPS: usize = 20;
+const LAMP: [f32; 2] = [25.0, 46.0];
+const BUTTON: f32 = 96.0;
+
+/// Draws the line for the part looked at.
+pub fn header_ui(ui: &mut Ui, at: Rect, part: &Arc<FinishedPart>, place: usize, scope: &mut Scope) {
+    let (theme, words) = (scope.theme, scope.words);
+    let sign = Sign::of(&part.result);
+    let sign_place = Rect::from_center_size(pos2(at.left() + 22.0, at.center().y), vec2(42.0, 42.0));
+    sign.paint(ui.painter(), sign_place, theme);
+    let word = sign.word(words);
+    let of = part_words(part, words);
+    let wide =
+        write::width(ui, word, fonts::semibold(size::HEADER)).max(write::width(ui, &of, fonts::regular(size::TABLE)));
+    let verdict = Rect::from_min_size(pos2(at.left() + 56.0, at.top() + 6.0), vec2(wide + 4.0, 30.0));
+    write::line(ui, verdict, Align2::LEFT_CENTER, word, fonts::semibold(size::HEADER), sign.text_colour(theme));
+    let below = Rect::from_min_size(pos2(verdict.left(), at.top() + 37.0), vec2(wide + 4.0, 18.0));
+    write::line(ui, below, Align2::LEFT_CENTER, &of, fonts::regular(size::TABLE), theme.quiet);
+    let mut x = rule(ui, verdict.right() + 16.0, at, theme.stroke);
+    let lamps_left = lamps_ui(ui, at, place, scope);
+    let counts = counts_of(part, words);
+    let counts_width = counts_width(ui, &counts);
+    let room = lamps_left - x - 24.0;
+    let natural = names_width(ui, part, words);
+    let names_width =
+        if room > counts_width + 220.0 { (room - counts_width - 40.0).min(natural) } else { room.max(60.0) };
+    names_ui(ui, Rect::from_min_size(pos2(x, at.top()), vec2(names_width, at.height())), part, scope);
+    if room > counts_width + 220.0 {
+        x = rule(ui, x + names_width + 12.0, at, theme.stroke);
+        counts_ui(ui, pos2(x, at.center().y), &counts, scope);
+    }
+}
+
+/// A thin line down; returns where to go on.
+fn rule(ui: &Ui, x: f32, at: Rect, colour: egui::Color32) -> f32 {
+    ui.painter().vline(x, at.top() + 10.0..=at.bottom() - 10.0, Stroke::new(1.0, colour));
+    x + 16.0
+}
+
+/// "Part 17 of 25".
+fn part_words(part: &FinishedPart, words: &Words) -> String {
+    let n = words.thousands(part.index);
+    match part.of {
+        Some(of) => words.fill("results.part_of", &[("n", &n), ("of", &words.thousands(of))]),
+        None => words.fill("results.part", &[("n", &n)]),
+    }
+}
+
+/// What both lines of names take when nothing cuts them.
+fn names_width(ui: &Ui, part: &FinishedPart, words: &Words) -> f32 {
+    let [first, second] = names(part, words);
+    let wide = write::width(ui, &first, fonts::semibold(size::BAR));
+    wide.max(write::width(ui, &second, fonts::regular(size::TABLE))) + 4.0
+}
+
+/// Two lines: the part's name; scan, side, margin and inliers.
+fn names_ui(ui: &mut Ui, at: Rect, part: &FinishedPart, scope: &Scope) {
+    let (theme, [name, scan]) = (scope.theme, names(part, scope.words));
+    let first = Rect::from_min_size(pos2(at.left(), at.top() + 10.0), vec2(at.width(), 22.0));
+    write::line(ui, first, Align2::LEFT_CENTER, &name, fonts::semibold(size::BAR), theme.text);
+    let below = Rect::from_min_size(pos2(at.left(), at.top() + 35.0), vec2(at.width(), 20.0));
+    write::line(ui, below, Align2::LEFT_CENTER, &scan, fonts::regular(size::TABLE), theme.quiet);
+}
+
+fn names(part: &FinishedPart, words: &Words) -> [String; 2] {
+    let id = &part.result.identity;
+    let of_part = [("name", &*id.part_name), ("number", &*id.part_number), ("revision", &*id.part_revision)];
+    let name = words.fill("results.revision", &of_part);
+    let scan = words.fill("results.scan", &[("scan", &id.scan_file)]);
+    let Outcome::Measured(inspection) = &part.result.outcome else { return [name, scan] };
+    let fit = &inspection.best_fit;
+    let side = match fit.face {
+        crate::plan::Side::Top => words.text("results.from_top"),
+        crate::plan::Side::Bottom => words.text("results.from_bottom"),
+    };
+    let inliers = format!("{} %", words.number(100.0 * fit.inlier_ratio, 0));
+    let rest = [("side", side), ("margin", &words.number(fit.margin, 1)), ("inliers", &inliers)];
+    [name, format!("{scan}, {}", words.fill("results.fit", &rest))]
+}
+
+fn counts_of(part: &FinishedPart, words: &Words) -> Vec<(Verdict, String)> {
+    let Outcome::Measured(inspection) = &part.result.outcome else { return Vec::new() };
+    let counts = Counts::of(&inspection.points);
+    [
+        (Verdict::Fail, counts.fail, "results.n_out"),
+        (Verdict::NotMeasured, counts.not_measured, "results.n_not_measured"),
+        (Verdict::Undecided, counts.undecided, "results.n_undecided"),
+        (Verdict::Pass, counts.pass, "results.n_in"),
+    ]
+    .into_iter()
+    .filter(|(_, n, _)| *n > 0)
+    .map(|(verdict, n, key)| (verdict, words.fill(key, &[("n", &words.thousands(n))])))
+    .collect()
+}
+
+fn counts_width(ui: &Ui, counts: &[(Verdict, String)]) -> f32 {
+    counts.iter().map(|(_, text)| 22.0 + write::width(ui, text, fonts::semibold(size::BODY)) + 18.0).sum()
+}
+
+fn counts_ui(ui: &mut Ui, from: egui::Pos2, counts: &[(Verdict, String)], scope: &Scope) {
+    let mut x = from.x;
+    for (verdict, text) in counts {
+        let sign = Rect::from_center_size(pos2(x + 8.0, from.y), vec2(16.0, 16.0));
+        Sign::from(*verdict).paint(ui.painter(), sign, scope.theme);
+        let wide = write::width(ui, text, fonts::semibold(size::BODY)) + 2.0;
+        let line = Rect::from_min_size(pos2(x + 22.0, from.y - 12.0), vec2(wide, 24.0));
+        write::line(ui, line, Align2::LEFT_CENTER, text, fonts::semibold(size::BODY), scope.theme.text);
+        x = line.right() + 18.0;
+    }
+}
+
+/// Previous, lamps, next, from the right; returns where they begin.
+fn lamps_ui(ui: &mut Ui, at: Rect, place: usize, scope: &mut Scope) -> f32 {
+    let words = scope.words;
+    let parts = &scope.facts.parts;
+    let many = ((at.width() * 0.3 / LAMP[0]) as usize).clamp(3, LAMPS).min(parts.len());
+    // The part looked at stays in sight; else the newest ones.
+    let first = parts.len().saturating_sub(many).min(place);
+    let last = parts.len() - 1;
+    let y = at.center().y;
+    let button = |right: f32| Rect::from_min_max(pos2(right - BUTTON, y - 15.0), pos2(right, y + 15.0));
+    let next = button(at.right());
+    let mut step = |ui: &mut Ui, place_of: Rect, key: &str, to: Option<usize>| {
+        let text = words.text(key);
+        let response = ui.add_enabled_ui(to.is_some(), |ui| ui.put(place_of, Button::new(text))).inner;
+        if response.clicked() {
+            scope.actions.push(Action::ChoosePart(to));
+        }
+    };
+    step(ui, next, "results.next", (place < last).then_some(place + 1));
+    let left = next.left() - 8.0 - many as f32 * LAMP[0];
+    let previous = button(left - 8.0);
+    step(ui, previous, "results.previous", place.checked_sub(1));
+    for k in first..first + many {
+        let lamp =
+            Rect::from_min_size(pos2(left + (k - first) as f32 * LAMP[0], y - 0.5 * LAMP[1]), vec2(LAMP[0], LAMP[1]));
+        if lamp_ui(ui, lamp, &scope.facts.parts[k], k == place, scope) {
+            scope.actions.push(Action::ChoosePart(Some(k)));
+        }
+    }
+    previous.left()
+}
+
+fn lamp_ui(ui: &mut Ui, at: Rect, part: &FinishedPart, looked_at: bool, scope: &Scope) -> bool {
+    let (theme, words) = (scope.theme, scope.words);
+    let sign = Sign::of(&part.result);
+    let name = part.short_name();
+    let response = ui.interact(at, ui.scope_id().with(("lamp", part.index, &name)), Sense::click());
+    let said = format!("{}, {}", sign.word(words), part_words(part, words));
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, looked_at, &said));
+    if looked_at || response.hovered() || response.has_focus() {
+        let frame = Stroke::new(if looked_at { 2.0 } else { 1.0 }, theme.accent);
+        let fill = if looked_at { theme.choice } else { theme.panel };
+        ui.painter().rect(at, CornerRadius::same(4), fill, frame, StrokeKind::Inside);
+    }
+    sign.paint(ui.painter(), Rect::from_center_size(pos2(at.center().x, at.top() + 15.0), vec2(15.0, 15.0)), theme);
+    let digits: String = name.chars().filter(char::is_ascii_digit).collect();
+    let short = if digits.len() >= 2 { digits[digits.len() - 2..].to_owned() } else { tail(&name, 2) };
+    ui.painter().text(
+        pos2(at.center().x, at.bottom() - 11.0),
+        Align2::CENTER_CENTER,
+        short,
+        fonts::mono(11.0),
+        theme.text,
+    );
+    let response = response.on_hover_text(name);
+    response.clicked()
+}

@@ -1,0 +1,125 @@
+//! Where everything stands on the results screen, by the width of the window.
+
+use egui::{Rect, pos2};
+
+/// How many things stand beside each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Breadth {
+    /// Two linked views, histogram and trend, table and card: all at once.
+    Wide,
+    /// One view; histogram and trend share a place.
+    Middle,
+    /// One thing at a time, behind tabs.
+    Narrow,
+}
+
+/// The places; those that share one are equal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Places {
+    /// How much there is room for.
+    pub breadth: Breadth,
+    /// The line with the verdict.
+    pub header: Rect,
+    /// Tabs, when `Narrow`.
+    pub tabs: Option<Rect>,
+    /// The CAD with its points; `None` = shares the place of the map.
+    pub cad: Option<Rect>,
+    /// The map.
+    pub map: Rect,
+    /// The histogram.
+    pub histogram: Rect,
+    /// The trend.
+    pub trend: Rect,
+    /// The table.
+    pub table: Rect,
+    /// The why-card.
+    pub why: Rect,
+}
+
+const GAP: f32 = 8.0;
+const EDGE: f32 = 16.0;
+const HEADER: f32 = 64.0;
+const TABS: f32 = 44.0;
+/// Widths from which there is room for more, points.
+pub const MIDDLE_FROM: f32 = 1200.0;
+/// The same for two views.
+pub const WIDE_FROM: f32 = 1600.0;
+
+/// Divides a place.
+pub fn places(all: Rect) -> Places {
+    let header = Rect::from_min_max(pos2(all.left() + EDGE, all.top()), pos2(all.right() - EDGE, all.top() + HEADER));
+    let body =
+        Rect::from_min_max(pos2(all.left() + EDGE, header.bottom()), pos2(all.right() - EDGE, all.bottom() - GAP));
+    if all.width() < MIDDLE_FROM {
+        let tabs = body.with_max_y(body.top() + TABS);
+        let rest = body.with_min_y(tabs.bottom() + GAP);
+        let breadth = Breadth::Narrow;
+        return Places {
+            breadth,
+            header,
+            tabs: Some(tabs),
+            cad: None,
+            map: rest,
+            histogram: rest,
+            trend: rest,
+            table: rest,
+            why: rest,
+        };
+    }
+    let wide = all.width() >= WIDE_FROM;
+    let right_width =
+        if wide { (0.335 * body.width()).clamp(600.0, 760.0) } else { (0.42 * body.width()).clamp(500.0, 620.0) };
+    let right = body.with_min_x(body.right() - right_width);
+    let left = body.with_max_x(right.left() - GAP);
+    // The table gets what the card leaves.
+    let why_height = if wide { 400.0 } else { 330.0 };
+    let why_height = f32::min(why_height, 0.52 * right.height());
+    let why = right.with_min_y(right.bottom() - why_height);
+    let table = right.with_max_y(why.top() - GAP);
+    let lower_height = (0.34 * left.height()).clamp(180.0, 380.0);
+    let lower = left.with_min_y(left.bottom() - lower_height);
+    let upper = left.with_max_y(lower.top() - GAP);
+    if wide {
+        let cad = upper.with_max_x(upper.left() + 0.40 * upper.width());
+        let map = upper.with_min_x(cad.right() + GAP);
+        let histogram = lower.with_max_x(lower.left() + 0.37 * lower.width());
+        let trend = lower.with_min_x(histogram.right() + GAP);
+        let breadth = Breadth::Wide;
+        return Places { breadth, header, tabs: None, cad: Some(cad), map, histogram, trend, table, why };
+    }
+    let breadth = Breadth::Middle;
+    Places { breadth, header, tabs: None, cad: None, map: upper, histogram: lower, trend: lower, table, why }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_place_is_inside_and_only_shared_ones_overlap() {
+        for width in [768.0, 1000.0, 1200.0, 1280.0, 1599.0, 1600.0, 1920.0, 3840.0] {
+            for height in [480.0, 700.0, 950.0, 2000.0] {
+                let all = Rect::from_min_size(pos2(3.0, 72.0), egui::vec2(width, height));
+                let p = places(all);
+                let of = [
+                    Some(p.header),
+                    p.tabs,
+                    p.cad,
+                    Some(p.map),
+                    Some(p.histogram),
+                    Some(p.trend),
+                    Some(p.table),
+                    Some(p.why),
+                ];
+                let of: Vec<Rect> = of.into_iter().flatten().collect();
+                for (k, a) in of.iter().enumerate() {
+                    assert!(all.contains_rect(*a) && a.is_positive(), "{width} x {height}: {a:?}");
+                    for b in &of[k + 1..] {
+                        assert!(a == b || !a.shrink(0.5).intersects(b.shrink(0.5)), "{width} x {height}: {a:?} {b:?}");
+                    }
+                }
+                assert_eq!(p.cad.is_some(), width >= WIDE_FROM);
+            }
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Histogram and trend, below the views.
+
+use super::{ResultsView, histogram, trend};
+use crate::gui::action::Action;
+use crate::gui::facts::FinishedPart;
+use crate::gui::fonts;
+use crate::gui::scene::content::MapContent;
+use crate::gui::scope::Scope;
+use crate::gui::theme::size;
+use crate::gui::widgets::{cards, words as write};
+use crate::inspect::{Inspection, PointResult};
+use egui::{Align2, Button, Rect, RichText, Ui, pos2, vec2};
+use std::sync::Arc;
+
+/// What shares the place of histogram and trend.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Lower {
+    #[default]
+    /// The chosen point over the parts.
+    Trend,
+    /// The deviations of all points.
+    Histogram,
+}
+
+/// Histogram and trend, apart or in one place.
+pub struct Lowers<'a> {
+    /// The part.
+    pub part: &'a Arc<FinishedPart>,
+    /// Its place among the parts.
+    pub place: usize,
+    /// Its result.
+    pub inspection: &'a Inspection,
+    /// The chosen point.
+    pub chosen: Option<&'a PointResult>,
+    /// Its map, when it is ready.
+    pub map: Option<&'a MapContent>,
+}
+
+const TITLE: f32 = 36.0;
+
+impl Lowers<'_> {
+    /// The histogram in a card.
+    pub fn histogram(&self, ui: &mut Ui, at: Rect, view: &ResultsView, scope: &Scope) {
+        cards::card(ui, at, scope.theme);
+        let width = scope.words.number(2.0 * self.part.result.map_range_mm / 40.0, 3);
+        let text = scope.words.fill("results.histogram", &[("mm", &width)]);
+        title(ui, at, &text, scope);
+        self.histogram_in(ui, body(at), view, scope);
+    }
+
+    fn histogram_in(&self, ui: &mut Ui, at: Rect, view: &ResultsView, scope: &Scope) {
+        let statistics = &self.inspection.map.statistics;
+        histogram::histogram_ui(ui, at, self.map.map(|m| &m.histogram), statistics, &view.scale, scope);
+    }
+
+    /// The trend in a card.
+    pub fn trend(&self, ui: &mut Ui, at: Rect, scope: &mut Scope) {
+        cards::card(ui, at, scope.theme);
+        title(ui, at, &self.trend_title(scope), scope);
+        self.trend_in(ui, body(at), scope);
+    }
+
+    fn trend_title(&self, scope: &Scope) -> String {
+        match self.chosen {
+            Some(point) => scope.words.fill("results.trend_of", &[("point", &point.name)]),
+            None => scope.words.text("results.tab_trend").to_owned(),
+        }
+    }
+
+    fn trend_in(&self, ui: &mut Ui, at: Rect, scope: &mut Scope) {
+        if let Some(part) = trend::trend_ui(ui, at, self.chosen, Some(self.place), scope) {
+            scope.ask(Action::ChoosePart(Some(part)));
+        }
+    }
+
+    /// Both in one card, one at a time.
+    pub fn either(&self, ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &mut Scope) {
+        cards::card(ui, at, scope.theme);
+        let bar = at.with_max_y(at.top() + TITLE);
+        let choices = [
+            (Lower::Trend, self.trend_title(scope)),
+            (Lower::Histogram, scope.words.text("results.map_points").to_owned()),
+        ];
+        let mut x = bar.left() + 10.0;
+        for (lower, text) in choices {
+            let wide = write::width(ui, &text, fonts::semibold(size::TABLE)) + 24.0;
+            let place = Rect::from_min_size(pos2(x, bar.top() + 5.0), vec2(wide, 26.0));
+            let text = RichText::new(text).font(fonts::semibold(size::TABLE));
+            if ui.put(place, Button::selectable(view.lower == lower, text)).clicked() {
+                view.lower = lower;
+            }
+            x += wide + 6.0;
+        }
+        match view.lower {
+            Lower::Trend => self.trend_in(ui, body(at), scope),
+            Lower::Histogram => self.histogram_in(ui, body(at), view, scope),
+        }
+    }
+}
+
+fn title(ui: &mut Ui, card: Rect, text: &str, scope: &Scope) {
+    let line = Rect::from_min_max(card.min + vec2(14.0, 0.0), pos2(card.right() - 14.0, card.top() + TITLE));
+    write::line(ui, line, Align2::LEFT_CENTER, text, fonts::semibold(size::BODY), scope.theme.text);
+}
+
+fn body(card: Rect) -> Rect {
+    Rect::from_min_max(pos2(card.left() + 8.0, card.top() + TITLE), card.max - vec2(10.0, 6.0))
+}

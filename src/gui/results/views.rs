@@ -1,0 +1,319 @@
+//! The two views of a part: the CAD with its points, and the map.
+
+use super::ResultsView;
+use super::controls::{fit_ui, labels_ui, layer_ui, measure_button_ui, picture_ui, scale_ui, standard_ui};
+use super::measure::measure_ui;
+use super::numbers;
+use crate::gui::action::Action;
+use crate::gui::fonts;
+use crate::gui::scene::camera::Camera;
+use crate::gui::scene::content::{MapContent, PartContent};
+use crate::gui::scene::legend::{self, HATCH, Notes, legend_ui};
+use crate::gui::scene::linked::{FLAG_MARGIN, size_of};
+use crate::gui::scene::overlay::{self, Mark};
+use crate::gui::scene::pick;
+use crate::gui::scene::renderer::{Layer, Request, Tones};
+use crate::gui::scope::Scope;
+use crate::gui::text::Words;
+use crate::gui::theme::{Theme, size};
+use crate::gui::widgets::{cards, words as write};
+use crate::inspect::{Inspection, PointResult};
+use crate::plan::Plan;
+use crate::report::palette::{Palette, Rgb, Scale};
+use crate::report::words::worst_first;
+use egui::{Align, Align2, Color32, Layout, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use std::sync::Arc;
+
+/// Height of a view's bar.
+const BAR: f32 = 40.0;
+
+/// Which points have a flag.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Labels {
+    /// The worst six.
+    #[default]
+    Worst,
+    /// All, as far as there is room.
+    All,
+    /// None.
+    None,
+}
+
+/// What one view shows beside the shared camera.
+pub struct Content<'a> {
+    /// The part.
+    pub part: &'a Arc<PartContent>,
+    /// The result, when it is ready.
+    pub map: Option<&'a Arc<MapContent>>,
+    /// The result.
+    pub inspection: &'a Inspection,
+    /// The plan.
+    pub plan: &'a Plan,
+    /// Spacing of the scan's points.
+    pub spacing_mm: f64,
+}
+
+/// Marks of all comparison points.
+pub fn marks(points: &[PointResult], words: &Words) -> Vec<Mark> {
+    let value = |p: &PointResult| match p.measurement {
+        Some(_) => numbers::deviation(p, words),
+        None => words.text("results.no_value").to_owned(),
+    };
+    points
+        .iter()
+        .map(|p| Mark { kind: p.kind, verdict: p.verdict, place: p.nominal, name: p.name.clone(), value: value(p) })
+        .collect()
+}
+
+/// The CAD with its points.
+pub fn cad_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, view: &mut ResultsView, scope: &mut Scope) {
+    let theme = scope.theme;
+    cards::card(ui, at, theme);
+    let bar = at.with_max_y(at.top() + BAR);
+    title(ui, bar, "results.cad_and_points", scope);
+    bar_ui(ui, bar, |ui| {
+        standard_ui(ui, view, scope.words);
+        fit_ui(ui, view, scope.words);
+    });
+    let scene = inside(at);
+    let camera = scene_ui(ui, scene, 0, Layer::Cad, content, view, scope);
+    overlay::features(&ui.painter_at(scene), &content.plan.features, &camera, scene, content.part, theme);
+    let marks = marks(&content.inspection.points, scope.words);
+    let places = overlay::placed(&marks, &camera, scene, content.part);
+    overlay::markers(&ui.painter_at(scene), &marks, &places, scope.view.point, theme);
+    overlay::axes(&ui.painter_at(scene), &camera, scene, theme);
+    kinds_ui(ui, scene, scope);
+}
+
+/// The map, or the CAD where only one view has room.
+pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &mut ResultsView, scope: &mut Scope) {
+    let theme = scope.theme;
+    cards::card(ui, at, theme);
+    let bar = at.with_max_y(at.top() + BAR);
+    if !alone {
+        title(ui, bar, "results.map", scope);
+    }
+    let layer = view.layer(alone);
+    bar_ui(ui, bar, |ui| {
+        if alone {
+            standard_ui(ui, view, scope.words);
+        }
+        fit_ui(ui, view, scope.words);
+        picture_ui(ui, inside(at), view, scope.words);
+        measure_button_ui(ui, view, scope.words);
+        labels_ui(ui, view, scope.words);
+        layer_ui(ui, alone, content, view, scope.words);
+    });
+    let scene = map_scene(at, layer);
+    let camera = scene_ui(ui, scene, 1, layer, content, view, scope);
+    let has_map = layer != Layer::Cad;
+    if layer == Layer::Cad {
+        overlay::features(&ui.painter_at(scene), &content.plan.features, &camera, scene, content.part, theme);
+    }
+    let marks = marks(&content.inspection.points, scope.words);
+    let places = overlay::placed(&marks, &camera, scene, content.part);
+    let flagged = flagged(view.labels, &content.inspection.points, scope.view.point);
+    let clicked = overlay::flags(ui, scene, &marks, &places, &flagged, scope.view.point, theme);
+    overlay::markers(&ui.painter_at(scene), &marks, &places, scope.view.point, theme);
+    overlay::axes(&ui.painter_at(scene), &camera, scene, theme);
+    measure_ui(ui, scene, &camera, view, scope);
+    if let Some(k) = clicked {
+        scope.ask(Action::ChoosePoint(Some(k)));
+    }
+    if has_map {
+        let beyond = content.map.map_or([0, 0], |m| beyond(m, view.scale.range_mm));
+        let notes = Notes { beyond, lines: layer == Layer::Surface };
+        let beside = inside(at).with_min_x(scene.right());
+        ui.painter().rect_filled(beside, 0, theme.scene);
+        let legend_at =
+            Rect::from_min_max(beside.min + vec2(0.0, 10.0), pos2(beside.right() - 6.0, beside.bottom() - 40.0));
+        legend_ui(ui, legend_at, &view.scale, &notes, scope.words, theme);
+        scale_ui(ui, inside(at), view, scope);
+    }
+    if content.map.is_none() && has_map {
+        let text = scope.words.text("results.map_is_made");
+        write::line(
+            ui,
+            scene.with_min_y(scene.bottom() - 60.0).with_max_y(scene.bottom() - 36.0),
+            Align2::CENTER_CENTER,
+            text,
+            fonts::regular(size::BODY),
+            theme.quiet,
+        );
+    }
+}
+
+/// The scene of a view in a card.
+pub fn inside(card: Rect) -> Rect {
+    Rect::from_min_max(pos2(card.left() + 1.0, card.top() + BAR), card.max - vec2(1.0, 1.0))
+}
+
+/// The scene of the map's card: beside its legend, if it has one.
+pub fn map_scene(card: Rect, layer: Layer) -> Rect {
+    let all = inside(card);
+    if layer == Layer::Cad { all } else { all.with_max_x(all.right() - legend::WIDTH - 12.0) }
+}
+
+/// Points over and under the ends of the scale.
+fn beyond(map: &MapContent, range_mm: f64) -> [usize; 2] {
+    let range = range_mm as f32;
+    let values = || map.cloud.values.iter();
+    [values().filter(|v| **v > range).count(), values().filter(|v| **v < -range).count()]
+}
+
+/// The points that get a flag: the worst, and always the chosen one.
+fn flagged(labels: Labels, points: &[PointResult], chosen: Option<usize>) -> Vec<usize> {
+    const WORST: usize = 6;
+    let order = worst_first(points);
+    let mut flagged: Vec<usize> = match labels {
+        Labels::Worst => order.into_iter().take(WORST).collect(),
+        Labels::All => order,
+        Labels::None => Vec::new(),
+    };
+    if let Some(chosen) = chosen.filter(|k| *k < points.len() && !flagged.contains(k)) {
+        flagged.insert(0, chosen);
+    }
+    flagged
+}
+
+fn title(ui: &mut Ui, bar: Rect, key: &str, scope: &Scope) {
+    let line = Rect::from_min_max(bar.min + vec2(14.0, 0.0), bar.max);
+    let text = scope.words.text(key);
+    write::line(
+        ui,
+        line.with_max_x(line.left() + 150.0),
+        Align2::LEFT_CENTER,
+        text,
+        fonts::semibold(size::BODY),
+        scope.theme.text,
+    );
+}
+
+/// Controls at the right end of a view's bar, added from right to left.
+fn bar_ui(ui: &mut Ui, bar: Rect, add: impl FnOnce(&mut Ui)) {
+    let builder =
+        egui::UiBuilder::new().max_rect(bar.shrink2(vec2(10.0, 6.0))).layout(Layout::right_to_left(Align::Center));
+    ui.scope_builder(builder, |ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().button_padding.x = 8.0;
+        ui.spacing_mut().interact_size.y = 26.0;
+        add(ui);
+    });
+}
+
+/// Draws a scene, listens to the pointer; returns the camera.
+fn scene_ui(
+    ui: &mut Ui,
+    at: Rect,
+    number: usize,
+    layer: Layer,
+    content: &Content<'_>,
+    view: &mut ResultsView,
+    scope: &mut Scope,
+) -> Camera {
+    let theme = scope.theme;
+    let response = ui.interact(at, ui.scope_id().with(("scene", number)), Sense::click_and_drag());
+    let name = scope.words.text(if number == 0 { "results.cad_and_points" } else { "results.map" });
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
+    view.linked.pointer(ui, &response, at, content.part);
+    let camera = view.linked.camera(content.part, (view.fit_size, view.margin), ui);
+    ui.painter().rect_filled(at, 0, theme.scene);
+    let px = f64::from(ui.ctx().pixels_per_point());
+    let moving = view.linked.is_moving(ui.input(|i| i.time));
+    let request = Request {
+        part: content.part.clone(),
+        map: content.map.cloned(),
+        layer: if content.map.is_some() { layer } else { Layer::Cad },
+        camera,
+        size_px: [at.width(), at.height()].map(|v| (f64::from(v) * px).round().max(1.0) as u32),
+        px_per_point: px,
+        scale: view.scale,
+        tones: tones(theme),
+        classes: view.classes,
+        spacing_mm: content.spacing_mm,
+        moving,
+    };
+    view.canvas.paint(ui, at, number, request);
+    if let Some(fault) = view.canvas.fault() {
+        let text = scope.words.fill("results.no_opengl", &[("fault", &fault)]);
+        write::block(ui, at.shrink(24.0), Align2::CENTER_CENTER, &text, fonts::regular(size::BODY), theme.text, 6);
+    }
+    if response.clicked()
+        && let Some(pos) = response.interact_pointer_pos()
+    {
+        click(at, pos, &camera, content, view, scope);
+    }
+    camera
+}
+
+/// A click chooses the nearest marker, or sets an end of a distance.
+fn click(at: Rect, pos: Pos2, camera: &Camera, content: &Content<'_>, view: &mut ResultsView, scope: &mut Scope) {
+    let pixel = [f64::from(pos.x - at.left()), f64::from(pos.y - at.top())];
+    let size = size_of(at);
+    if view.measuring {
+        let face = content.part.part.face(content.part.face);
+        if let Some(pick) = pick::surface(&face.mesh, &face.bvh, camera, pixel, size) {
+            if view.picks.len() >= 2 {
+                view.picks.clear();
+            }
+            view.picks.push(pick);
+        }
+        return;
+    }
+    let points = &content.inspection.points;
+    let places: Vec<Option<[f64; 2]>> =
+        points.iter().map(|p| camera.project(&p.nominal, size).map(|s| [s.x, s.y])).collect();
+    if let Some(k) = pick::marker(&places, pixel, 12.0) {
+        scope.ask(Action::ChoosePoint(Some(k)));
+    }
+}
+
+/// The forms of markers, below a scene.
+fn kinds_ui(ui: &mut Ui, at: Rect, scope: &Scope) {
+    let (theme, words) = (scope.theme, scope.words);
+    let kinds = [("surface", "results.surface"), ("edge", "results.edge"), ("hole", "results.hole")];
+    let width = |ui: &Ui, key: &str| write::width(ui, words.text(key), fonts::regular(size::NOTE)) + 38.0;
+    let all: f32 = kinds.iter().map(|(_, key)| width(ui, key)).sum::<f32>() + width(ui, "results.feature");
+    let mut x = (at.center().x - 0.5 * all).max(at.left() + 90.0);
+    let y = at.bottom() - 16.0;
+    let behind = Rect::from_min_max(pos2(x - 14.0, y - 12.0), pos2(x + all - 10.0, y + 12.0));
+    legend::plate(ui.painter(), behind, theme);
+    let word = |ui: &mut Ui, x: &mut f32, key: &str| {
+        let place = Rect::from_min_size(pos2(*x + 14.0, y - 9.0), vec2(width(ui, key) - 20.0, 18.0));
+        write::line(ui, place, Align2::LEFT_CENTER, words.text(key), fonts::regular(size::NOTE), theme.text);
+        *x += width(ui, key);
+    };
+    for (kind, key) in kinds {
+        overlay::marker(ui.painter(), kind, crate::inspect::Verdict::Pass, pos2(x, y), theme);
+        word(ui, &mut x, key);
+    }
+    let bar = Rect::from_center_size(pos2(x, y), vec2(14.0, 5.0));
+    ui.painter().rect_filled(bar, 2, theme.feature);
+    word(ui, &mut x, "results.feature");
+}
+
+/// The colours of a theme for the renderer.
+fn tones(theme: &Theme) -> Tones {
+    let rgb = |c: Color32| -> Rgb { [c.r(), c.g(), c.b()] };
+    Tones {
+        background: rgb(theme.scene),
+        outline: if theme.dark { [0x0A, 0x0D, 0x10] } else { [0x39, 0x42, 0x4D] },
+        cad: if theme.dark { [0xB4, 0xBC, 0xC6] } else { [0xB9, 0xC2, 0xCD] },
+        reverse: [0xA6, 0xAD, 0xB5],
+        hatch: HATCH,
+        flagged: if theme.dark { [0xE8, 0xEC, 0xF0] } else { [0x2B, 0x30, 0x38] },
+        removed: [0x8B, 0x96, 0xA3],
+    }
+}
+
+/// The scale of a new part: as the plan says.
+pub fn scale_of(range_mm: f64) -> Scale {
+    let range_mm = if range_mm.is_finite() && range_mm > 0.0 { range_mm } else { 1.0 };
+    Scale { range_mm, palette: Palette::default(), bands: 0 }
+}
+
+/// Room that a fit leaves in a view.
+pub fn margin(labels: Labels, at: Rect) -> [f64; 2] {
+    let narrow = at.width() < 560.0 || labels == Labels::None;
+    if narrow { [24.0, FLAG_MARGIN[1]] } else { FLAG_MARGIN }
+}

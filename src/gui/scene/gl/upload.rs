@@ -1,0 +1,96 @@
+//! Contents on the graphics card: uploaded once.
+
+use crate::gui::scene::content::{Cloud, MapContent, PartContent};
+use crate::gui::scene::shape::Shape;
+use std::sync::Arc;
+use three_d::{Context, DepthTest, ElementBuffer, Program, RenderStates, VertexBuffer, Viewport};
+
+pub struct UploadedShape {
+    pub positions: VertexBuffer<[f32; 3]>,
+    pub normals: VertexBuffer<[f32; 3]>,
+    pub triangles: ElementBuffer<u32>,
+}
+
+pub struct UploadedPart {
+    pub of: Arc<PartContent>,
+    pub cad: UploadedShape,
+    pub map: UploadedShape,
+    pub outline: VertexBuffer<[f32; 3]>,
+    pub radius_mm: f64,
+}
+
+pub struct UploadedMap {
+    pub of: Arc<MapContent>,
+    pub values: VertexBuffer<[f32; 4]>,
+    pub cloud: Option<UploadedCloud>,
+    pub radius_mm: f64,
+}
+
+pub struct UploadedCloud {
+    pub positions: VertexBuffer<[f32; 3]>,
+    pub values: VertexBuffer<f32>,
+    pub classes: VertexBuffer<u8>,
+    pub count: usize,
+}
+
+impl UploadedShape {
+    pub fn new(context: &Context, shape: &Shape) -> Self {
+        Self {
+            positions: VertexBuffer::new_with_data(context, &shape.positions),
+            normals: VertexBuffer::new_with_data(context, &shape.normals),
+            triangles: ElementBuffer::new_with_data(context, &shape.triangles),
+        }
+    }
+
+    pub fn draw(&self, program: &Program, values: Option<&VertexBuffer<[f32; 4]>>, viewport: Viewport) {
+        if self.triangles.count() == 0 {
+            return;
+        }
+        program.use_vertex_attribute("position", &self.positions);
+        program.use_vertex_attribute("normal", &self.normals);
+        if let Some(values) = values {
+            program.use_vertex_attribute("value", values);
+        }
+        program.draw_elements(states(), viewport, &self.triangles);
+    }
+}
+
+impl UploadedPart {
+    pub fn new(context: &Context, of: &Arc<PartContent>) -> Self {
+        Self {
+            of: of.clone(),
+            cad: UploadedShape::new(context, &of.cad),
+            map: UploadedShape::new(context, &of.map),
+            outline: VertexBuffer::new_with_data(context, &of.outline),
+            radius_mm: radius(&of.cad.positions).max(radius(&of.map.positions)),
+        }
+    }
+}
+
+impl UploadedMap {
+    pub fn new(context: &Context, of: &Arc<MapContent>) -> Self {
+        let values = VertexBuffer::new_with_data(context, &of.values);
+        Self { of: of.clone(), values, cloud: None, radius_mm: radius(&of.cloud.positions) }
+    }
+}
+
+impl UploadedCloud {
+    pub fn new(context: &Context, cloud: &Cloud) -> Self {
+        Self {
+            positions: VertexBuffer::new_with_data(context, &cloud.positions),
+            values: VertexBuffer::new_with_data(context, &cloud.values),
+            classes: VertexBuffer::new_with_data(context, &cloud.classes),
+            count: cloud.positions.len(),
+        }
+    }
+}
+
+fn radius(positions: &[[f32; 3]]) -> f64 {
+    let norm_sq = |p: &[f32; 3]| p.iter().map(|c| f64::from(*c) * f64::from(*c)).sum::<f64>();
+    positions.iter().map(norm_sq).fold(1.0, f64::max).sqrt()
+}
+
+/// Nearer things hide others.
+pub fn states() -> RenderStates {
+    RenderStates { depth_test: DepthTest::LessOrEqual, ..RenderStates::default() }
+}
