@@ -4,6 +4,7 @@ use super::action::{Action, Screen};
 use super::bridge::{Bridge, Job};
 use super::facts::Facts;
 use super::operator;
+use super::picture::Painter;
 use super::results::{self, ResultsView};
 use super::scope::{Scope, ViewState};
 use super::settings::Settings;
@@ -33,6 +34,7 @@ pub struct App {
     pub(super) bridge: Bridge,
     pub(super) dialog: dialog::Dialog,
     results: ResultsView,
+    pictures: Painter,
     actions: Vec<Action>,
 }
 
@@ -52,6 +54,7 @@ impl App {
             bridge,
             dialog: dialog::Dialog::default(),
             results: ResultsView::default(),
+            pictures: Painter::start(ctx),
             actions: Vec::new(),
         };
         app.open_first();
@@ -122,7 +125,7 @@ impl App {
         let frame = egui::Frame::NONE.fill(theme.window);
         egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| match screen {
             Screen::Results => results::results_ui(ui, &mut scope, &mut self.results),
-            _ => operator::operator_ui(ui, &mut scope),
+            _ => operator::operator_ui(ui, &mut scope, &mut self.pictures),
         });
         help::help_ui(ui, &mut scope);
         dialog::typed_path_ui(ui, &mut scope);

@@ -23,6 +23,7 @@ mod messages;
 mod open;
 mod operator;
 mod perform;
+mod picture;
 mod results;
 pub mod scene;
 mod scope;

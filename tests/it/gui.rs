@@ -72,6 +72,17 @@ impl Window {
         self.harness.query_all_by_label(label).next().is_some()
     }
 
+    /// Draws frame after frame until something is shown.
+    #[track_caller]
+    fn wait_to_show(&mut self, label: &str) {
+        let start = Instant::now();
+        while !self.shows(label) {
+            assert!(start.elapsed() < PATIENCE, "{label}");
+            std::thread::sleep(Duration::from_millis(5));
+            self.harness.step();
+        }
+    }
+
     /// Whether something that is shown holds these words.
     fn says(&self, words: &str) -> bool {
         self.harness.query_all_by_label_contains(words).next().is_some()
@@ -129,7 +140,7 @@ fn bad_and_incomplete_parts_say_what_to_do_and_a_lamp_leads_to_its_part() {
     let project = Project::new();
     project.write("scans/1.ply", &demo_file("scans/03_out_of_tolerance.ply"));
     project.write("scans/2.ply", &demo_file("scans/04_flange_on_belt.ply"));
-    let mut window = Window::on(&project);
+    let mut window = Window::open(setup(&project), [1920.0, 1080.0]);
     window.click("Run sequence");
     window.wait("the first part", |app| app.facts().parts.len() == 1);
     // The demo's third scan has three points out of tolerance (its truth).
@@ -138,6 +149,7 @@ fn bad_and_incomplete_parts_say_what_to_do_and_a_lamp_leads_to_its_part() {
     window.wait("the end", |app| app.facts().last_end.is_some());
     assert_eq!(window.verdicts(), [Some(Verdict::Fail), Some(Verdict::NotMeasured)]);
     assert!(window.shows("Incomplete, last part 2 of 2") && window.says("Scan this part again"));
+    window.wait_to_show("Deviations of part 2");
     // No press makes a part in a microsecond.
     window.ask(Action::Takt(Some(1e-6)));
     window.harness.step();

@@ -1,5 +1,5 @@
 //! Where the cards of the operator's screen stand, for every size of the window. The screen never scrolls: cards leave in
-//! the order sub-lines, takt, worst points, older lamps; the verdict and the button never leave.
+//! the order map, sub-lines, takt, worst points, older lamps; the verdict and the button never leave.
 
 use egui::{Rect, Vec2, pos2, vec2};
 
@@ -94,6 +94,12 @@ fn full(inside: Rect) -> Places {
         lamps: Some(lamps),
         lamp_count: LAMPS,
     }
+}
+
+/// The places of the worst points and of the map beside them.
+pub fn beside_the_map(place: Rect) -> (Rect, Rect) {
+    let middle = place.left() + 0.55 * place.width();
+    (place.with_max_x(middle - 12.0), place.with_min_x(middle + 12.0))
 }
 
 fn compact(inside: Rect) -> Places {

@@ -3,6 +3,7 @@
 mod lamps;
 mod layout;
 mod loaded;
+mod map;
 mod now;
 mod ready;
 mod run_button;
@@ -11,11 +12,14 @@ mod verdict;
 mod worst;
 
 use super::messages;
+use super::picture::Painter;
 use super::scope::Scope;
+use crate::inspect::Outcome;
 use egui::{Rect, Ui};
+use layout::Form;
 
 /// Draws the screen.
-pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope) {
+pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope, pictures: &mut Painter) {
     let inside = ui.max_rect();
     let mut places = layout::places(inside);
     let head = inside.with_max_y(inside.top() + messages::HEIGHT);
@@ -33,9 +37,15 @@ pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope) {
     run_button::run_ui(ui, places.run, scope);
     now::now_ui(ui, places.now, places.form, scope);
     if let Some(place) = places.worst {
-        match scope.part().is_some() {
-            true => worst::worst_ui(ui, place, places.worst_rows, scope),
-            false => ready::ready_ui(ui, place, places.worst_rows, scope),
+        let part = scope.facts.parts.last().cloned();
+        match part.filter(|part| matches!(part.result.outcome, Outcome::Measured(_))) {
+            Some(part) if places.form == Form::Full => {
+                let (worst, map) = layout::beside_the_map(place);
+                worst::worst_ui(ui, worst, places.worst_rows, scope);
+                map::map_ui(ui, map, &part, pictures, scope);
+            }
+            _ if scope.facts.parts.is_empty() => ready::ready_ui(ui, place, places.worst_rows, scope),
+            _ => worst::worst_ui(ui, place, places.worst_rows, scope),
         }
     }
     if let Some(place) = places.takt {
