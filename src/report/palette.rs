@@ -83,9 +83,9 @@ impl Scale {
         self.palette.colour(self.in_bands(deviation_mm / self.range_mm))
     }
 
-    /// A value on the scale from -1 to +1, moved into the middle of its band.
+    /// A value on the scale from -1 to +1, moved into the middle of its band; what is no number has none.
     pub fn in_bands(&self, value: f64) -> f64 {
-        if self.bands == 0 {
+        if self.bands == 0 || value.is_nan() {
             return value;
         }
         let bands = f64::from(self.bands);
