@@ -18,7 +18,7 @@ pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
         ui.heading(words.text("help.title"));
         ui.add_space(8.0);
         Grid::new("shortcuts").num_columns(2).spacing([24.0, 8.0]).show(ui, |ui| {
-            for (keys, what) in keys::EVERYWHERE {
+            for (keys, what) in keys::EVERYWHERE.iter().chain(keys::RESULTS) {
                 ui.label(RichText::new(*keys).font(fonts::mono(size::BODY)));
                 ui.label(words.text(what));
                 ui.end_row();

@@ -19,6 +19,18 @@ pub(super) const EVERYWHERE: &[(&str, &str)] = &[
     ("Tab, Enter", "help.controls"),
 ];
 
+/// Shortcuts of the results screen, which act while no field has the focus.
+pub(super) const RESULTS: &[(&str, &str)] = &[
+    ("N, Shift+N", "help.next_out"),
+    ("1 … 6, 0", "help.views"),
+    ("F, P", "help.fit"),
+    ("←↑↓→, Shift", "help.orbit"),
+    ("+, −", "help.zoom"),
+    ("M", "help.measure"),
+    ("Ctrl+C", "help.copy_picture"),
+    ("Ctrl+Shift+S", "help.save_picture"),
+];
+
 /// Turns keys into actions.
 pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scale: f32, actions: &mut Vec<Action>) {
     let pressed = |modifiers: Modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
