@@ -51,7 +51,6 @@ enum Tab {
 }
 
 /// What is looked at on this screen.
-#[derive(Debug)]
 pub struct ResultsView {
     builder: Builder,
     canvas: Canvas,
@@ -76,10 +75,22 @@ pub struct ResultsView {
     fit_size: ViewSize,
     /// The point to which the camera flew.
     visited: Option<usize>,
+    /// The frame in which the screen was shown last.
+    shown_in: u64,
+    /// The part that was not chosen by hand.
+    stayed: Option<usize>,
+    /// Points beyond the scale of a map.
+    counted: Option<(Arc<MapContent>, f64, [usize; 2])>,
     /// What the camera turns in the next frame.
     turn: Option<f64>,
     /// The map of the part looked at is ready.
     map_ready: bool,
+}
+
+impl std::fmt::Debug for ResultsView {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("ResultsView")
+    }
 }
 
 impl Default for ResultsView {
@@ -103,6 +114,9 @@ impl Default for ResultsView {
             margin: super::scene::linked::FLAG_MARGIN,
             fit_size: ViewSize { width: 640.0, height: 480.0 },
             visited: None,
+            shown_in: 0,
+            stayed: None,
+            counted: None,
             turn: None,
             map_ready: false,
         }
@@ -116,6 +130,21 @@ impl ResultsView {
             Some(Layer::Cad) if !alone => Layer::Surface,
             Some(layer) => layer,
             None => Layer::Surface,
+        }
+    }
+
+    /// Points of a map over and under the ends of the scale; counted when either changes.
+    fn beyond(&mut self, map: &Arc<MapContent>) -> [usize; 2] {
+        let range_mm = self.scale.range_mm;
+        match &self.counted {
+            Some((of, range, counts)) if Arc::ptr_eq(of, map) && *range == range_mm => *counts,
+            _ => {
+                let count =
+                    |out: fn(f32, f32) -> bool| map.cloud.values.iter().filter(|v| out(**v, range_mm as f32)).count();
+                let counts = [count(|v, range| v > range), count(|v, range| v < -range)];
+                self.counted = Some((map.clone(), range_mm, counts));
+                counts
+            }
         }
     }
 
@@ -140,11 +169,27 @@ impl ResultsView {
         self.picks.clear();
     }
 
+    /// The part that is looked at stays when another one arrives: it is chosen as soon as the screen is shown. Who comes back from another
+    /// screen finds the newest, unless a part was chosen by hand.
+    fn stay(&mut self, ui: &Ui, place: usize, scope: &mut Scope) {
+        let frame = ui.ctx().cumulative_frame_nr();
+        let came_back = frame > self.shown_in + 1;
+        self.shown_in = frame;
+        if scope.view.part.is_none() {
+            self.stayed = Some(place);
+            scope.ask(Action::ChoosePart(self.stayed));
+        } else if came_back && scope.view.part == self.stayed {
+            scope.ask(Action::ChoosePart(None));
+        }
+    }
+
     /// Another part begins with its own view and scale; the next scan of the same part leaves both.
     fn begin(&mut self, part: &Arc<Part>, range_mm: f64) {
-        let same = self.of.as_ref().is_some_and(|(p, r)| Arc::ptr_eq(p, part) && *r == range_mm);
-        if !same {
-            let other_part = !self.of.as_ref().is_some_and(|(p, _)| Arc::ptr_eq(p, part));
+        // A sequence that is run again reads the same CAD again.
+        let same_part = self.of.as_ref().is_some_and(|(p, _)| p.cad_sha256 == part.cad_sha256);
+        let same_range = self.of.as_ref().is_some_and(|(_, r)| *r == range_mm);
+        if !(same_part && same_range) {
+            let other_part = !same_part;
             self.scale = views::scale_of(range_mm);
             if other_part {
                 self.linked = Linked::default();
@@ -171,6 +216,7 @@ pub(super) fn results_ui(ui: &mut Ui, scope: &mut Scope, view: &mut ResultsView)
         return;
     };
     let place = scope.view.part.filter(|k| *k < scope.facts.parts.len()).unwrap_or(scope.facts.parts.len() - 1);
+    view.stay(ui, place, scope);
     let places = layout::places(all);
     header::header_ui(ui, places.header, &part, place, scope);
     view.picture.ui(ui, scope);

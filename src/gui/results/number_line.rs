@@ -24,7 +24,7 @@ impl Span {
         let low = finite().fold(f64::INFINITY, f64::min);
         let high = finite().fold(f64::NEG_INFINITY, f64::max);
         let low = if point.lower_mm.is_finite() { low } else { low.min(0.0) };
-        (high > low).then(|| Span { low_mm: low - 0.12 * (high - low), high_mm: high + 0.12 * (high - low) })
+        (high > low).then_some(Span { low_mm: low - 0.12 * (high - low), high_mm: high + 0.12 * (high - low) })
     }
 
     fn x(&self, value_mm: f64, line: Rect) -> f32 {

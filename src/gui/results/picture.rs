@@ -83,7 +83,7 @@ impl Pictures {
         let (sender, waker) = (sender.clone(), ctx.clone());
         let asked = std::thread::Builder::new().name("file dialog".into()).spawn(move || {
             let begin = Instant::now();
-            let path = rfd::FileDialog::new().add_filter("PNG", &["png"]).set_file_name("view.png").save_file();
+            let path = rfd::FileDialog::new().add_filter("PNG", &["png"]).set_file_name("picture.png").save_file();
             if sender.send(News::Path(path, begin.elapsed())).is_ok() {
                 waker.request_repaint();
             }

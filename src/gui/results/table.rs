@@ -11,8 +11,7 @@ use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::words as write;
 use crate::inspect::PointResult;
 use egui::{
-    Align, Align2, Color32, CornerRadius, Layout, Rect, Response, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2,
-    vec2,
+    Align, Align2, Color32, CornerRadius, Layout, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 use egui_extras::{Column, TableBuilder, TableRow};
 
@@ -72,7 +71,7 @@ pub fn table_ui(
             body.rows(ROW, order.len(), |mut row| {
                 let k = order[row.index()];
                 row.set_selected(chosen == Some(k));
-                if point_row(&mut row, &points[k], columns, words, theme).clicked() {
+                if point_row(&mut row, &points[k], columns, words, theme) {
                     clicked = Some(k);
                 }
             });
@@ -200,7 +199,7 @@ fn point_row(
     columns: Columns,
     words: &crate::gui::text::Words,
     theme: &Theme,
-) -> Response {
+) -> bool {
     let text = |ui: &mut Ui, text: &str, font: egui::FontId, colour: Color32| {
         ui.add(egui::Label::new(RichText::new(text).font(font).color(colour)).truncate().selectable(false));
     };
@@ -209,7 +208,16 @@ fn point_row(
         let place = Rect::from_center_size(ui.max_rect().center() + vec2(3.0, 0.0), vec2(16.0, 16.0));
         Sign::from(point.verdict).paint(ui.painter(), place, theme);
     });
-    let (_, named) = row.col(|ui| text(ui, &point.name, mono.clone(), theme.text));
+    let value = numbers::deviation(point, words);
+    let said = format!("{}, {}, {value}", point.name, verdict_word(point.verdict, words));
+    let mut chosen = false;
+    row.col(|ui| {
+        text(ui, &point.name, mono.clone(), theme.text);
+        // Rows of a table are unknown to screen readers; this cell stands for the whole one.
+        let named = ui.interact(ui.max_rect(), ui.scope_id().with("row"), Sense::click());
+        named.widget_info(|| WidgetInfo::labeled(Role::Row, true, &said));
+        chosen = named.clicked();
+    });
     row.col(|ui| text(ui, words.text(kind_key(point.kind)), fonts::regular(size::TABLE), theme.text));
     let number = |row: &mut TableRow<'_, '_>, value: &str, colour: Color32| {
         row.col(|ui| {
@@ -223,11 +231,7 @@ fn point_row(
         number(row, &numbers::uncertainty(point, words), quiet);
     }
     row.col(|ui| ratio_bar(ui, point, theme));
-    // The row's own response has no place of its own; its name's cell stands for it.
-    let value = numbers::deviation(point, words);
-    let name = format!("{}, {}, {}", point.name, verdict_word(point.verdict, words), value);
-    named.widget_info(|| WidgetInfo::labeled(Role::Row, true, name.clone()));
-    row.response()
+    chosen || row.response().clicked()
 }
 
 /// The bar ends at 150 %; its tick is the limit.

@@ -121,7 +121,7 @@ pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &
         scope.ask(Action::ChoosePoint(Some(k)));
     }
     if has_map {
-        let beyond = content.map.map_or([0, 0], |m| beyond(m, view.scale.range_mm));
+        let beyond = content.map.map_or([0, 0], |m| view.beyond(m));
         let notes = Notes { beyond, lines: layer == Layer::Surface };
         let beside = inside(at).with_min_x(scene.right());
         ui.painter().rect_filled(beside, 0, theme.scene);
@@ -152,13 +152,6 @@ pub fn inside(card: Rect) -> Rect {
 pub fn map_scene(card: Rect, layer: Layer) -> Rect {
     let all = inside(card);
     if layer == Layer::Cad { all } else { all.with_max_x(all.right() - legend::WIDTH - 12.0) }
-}
-
-/// Points over and under the ends of the scale.
-fn beyond(map: &MapContent, range_mm: f64) -> [usize; 2] {
-    let range = range_mm as f32;
-    let values = || map.cloud.values.iter();
-    [values().filter(|v| **v > range).count(), values().filter(|v| **v < -range).count()]
 }
 
 /// The points that get a flag: the worst, and always the chosen one.

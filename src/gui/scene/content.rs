@@ -25,6 +25,10 @@ pub struct PartContent {
     pub cad: Shape,
     /// The face that was seen, fine enough for a map.
     pub map: Shape,
+    /// Triangles over the vertices of `cad`, for a picture that moves and no graphics card; as many as those of `cad` where these are few.
+    pub cad_coarse: Vec<u32>,
+    /// The same over those of `map`.
+    pub map_coarse: Vec<u32>,
     /// Trimmed edges and rims: pairs of ends.
     pub outline: Vec<[f32; 3]>,
     /// Corners of its convex hull, CAD frame, for fitting.
@@ -41,6 +45,10 @@ const MAP_CELLS: f64 = 50_000.0;
 /// And no edge shorter than this is halved, mm.
 const LEAST_EDGE_MM: f64 = 0.4;
 
+/// Cells of a coarse surface over the whole part, each about two triangles; surfaces with few triangles stay as they are.
+const COARSE_CELLS: f64 = 16_000.0;
+const FEW_TRIANGLES: usize = 40_000;
+
 impl PartContent {
     /// Of a part whose face was seen from one side of the sheet.
     pub fn of(part: &Arc<Part>, face: Side) -> PartContent {
@@ -53,13 +61,22 @@ impl PartContent {
             let area = fine.area_vector_twice(t);
             corners.iter().for_each(|&v| normals[v as usize] += area);
         }
+        let (cad, map) = (Shape::of(&part.mesh, &centre), Shape::of(&fine, &centre));
+        let cell_mm = (part.mesh.area() / COARSE_CELLS).sqrt();
+        let coarse = |shape: &Shape| match shape.triangles.len() / 3 {
+            few if few < FEW_TRIANGLES => shape.triangles.clone(),
+            _ => shape.coarse(cell_mm),
+        };
+        let (cad_coarse, map_coarse) = (coarse(&cad), coarse(&map));
         let pairs = seen.boundary_loops.iter().flat_map(|chain| chain.windows(2));
         PartContent {
             part: part.clone(),
             face,
             centre,
-            cad: Shape::of(&part.mesh, &centre),
-            map: Shape::of(&fine, &centre),
+            cad,
+            map,
+            cad_coarse,
+            map_coarse,
             outline: pairs.flatten().map(|p| single(&(p - centre))).collect(),
             corners: convex_hull(&part.mesh.vertices).vertices,
             facing: (0..seen.mesh.triangles.len()).map(|t| seen.mesh.area_vector_twice(t)).sum(),

@@ -16,7 +16,7 @@ use three_d::{
     ClearState, Context, DepthTest, DepthTexture2D, Interpolation, Mat3, Mat4, Program, RenderStates, RenderTarget,
     ScissorBox, Texture2D, Vec2, Vec3, VertexBuffer, Viewport, Wrapping, WriteMask,
 };
-use upload::{UploadedCloud, UploadedMap, UploadedPart, states};
+use upload::{Detail, UploadedCloud, UploadedMap, UploadedPart, states};
 
 const SURFACE_VERT: &str = include_str!("shaders/surface.vert");
 const SCALE: &str = include_str!("shaders/scale.glsl");
@@ -124,6 +124,7 @@ impl GlRenderer {
         let target = canvas.target();
         target.clear(ClearState { red: Some(r), green: Some(g), blue: Some(b), alpha: Some(1.0), depth: Some(1.0) });
         let (Some(part), viewport) = (&self.part, target.viewport()) else { return };
+        let detail = if request.moving && !self.card { Detail::Coarse } else { Detail::Fine };
         draw_in(&target, || match (request.layer, self.map_of(request)) {
             (Layer::Surface, Some(map)) => {
                 let program = &self.programs.map;
@@ -136,14 +137,14 @@ impl GlRenderer {
                 program.use_uniform("line_mm", (0.25 * request.scale.range_mm) as f32);
                 let rows = f64::from(request.size_px[1] * canvas.samples);
                 program.use_uniform("mm_per_px", (request.camera.height_mm / rows) as f32);
-                part.map.draw(program, Some(&map.values), viewport);
+                part.map.draw(program, Some(&map.values), detail, viewport);
             }
             (Layer::Cloud, Some(_)) => self.lines(request, part, lens, viewport),
             _ => {
                 let program = &self.programs.cad;
                 set_lens(program, lens);
                 program.use_uniform("cad_colour", colour(request.tones.cad));
-                part.cad.draw(program, None, viewport);
+                part.cad.draw(program, None, detail, viewport);
             }
         });
     }

@@ -118,7 +118,7 @@ impl Linked {
     pub fn visit(&mut self, place: &Point3, normal: &Vector3, content: &PartContent, size: ViewSize, ui: &Ui) {
         let Some(camera) = self.end() else { return };
         let face = content.part.face(content.face);
-        let hidden = pick::is_hidden(&face.mesh, &face.bvh, &camera, place, size);
+        let hidden = pick::is_hidden(&face.bvh, &camera, place, size);
         let near = (0.45 * content.part.diagonal_mm()).max(1.0);
         let to = camera.facing(place, normal, camera.height_mm.min(near), hidden);
         self.fly(to, ui);

@@ -46,7 +46,7 @@ pub fn placed(marks: &[Mark], camera: &Camera, at: Rect, content: &PartContent) 
     let face = content.part.face(content.face);
     let one = |mark: &Mark| {
         let pos = project(camera, &mark.place, at, size)?;
-        let hidden = pick::is_hidden(&face.mesh, &face.bvh, camera, &mark.place, size);
+        let hidden = pick::is_hidden(&face.bvh, camera, &mark.place, size);
         Some(Placed { pos, hidden })
     };
     marks.iter().map(one).collect()
@@ -205,7 +205,7 @@ pub fn features(
         let position = feature.geometry.position();
         let Some(middle) = project(camera, &position, at, size) else { continue };
         let mut painter = painter.clone();
-        if pick::is_hidden(&face.mesh, &face.bvh, camera, &position, size) {
+        if pick::is_hidden(&face.bvh, camera, &position, size) {
             painter.multiply_opacity(0.3);
         }
         let outline = outline(&feature.geometry);

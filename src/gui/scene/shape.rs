@@ -50,6 +50,18 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// Triangles over the same vertices, but only one vertex in each cube of `cell_mm`: quick to draw, good enough while the picture moves.
+    pub fn coarse(&self, cell_mm: f64) -> Vec<u32> {
+        let mut first: HashMap<[i32; 3], u32> = HashMap::new();
+        let cube = |p: &[f32; 3]| p.map(|c| (f64::from(c) / cell_mm).floor() as i32);
+        let stands_for: Vec<u32> =
+            self.positions.iter().zip(0..).map(|(p, k)| *first.entry(cube(p)).or_insert(k)).collect();
+        let merged = self.triangles.chunks_exact(3).map(|t| [0, 1, 2].map(|k| stands_for[t[k] as usize]));
+        merged.filter(|[a, b, c]| a != b && b != c && c != a).flatten().collect()
+    }
+}
+
 /// In single precision.
 pub fn single(v: &Vector3) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
@@ -176,6 +188,22 @@ mod tests {
                 assert!((length(&fine) - length(&mesh)).abs() < 1e-6, "{} {}", length(&fine), length(&mesh));
             }
         }
+    }
+
+    #[test]
+    fn a_coarse_surface_has_fewer_triangles_and_about_the_same_area() {
+        let fine = Shape::of(&refined(&example::dome(60), 2.0), &Point3::origin());
+        let coarse = fine.coarse(6.0);
+        let area = |triangles: &[u32]| {
+            let at = |k: u32| Vector3::from(fine.positions[k as usize].map(f64::from));
+            triangles
+                .chunks_exact(3)
+                .map(|t| 0.5 * (at(t[1]) - at(t[0])).cross(&(at(t[2]) - at(t[0]))).norm())
+                .sum::<f64>()
+        };
+        assert!(coarse.len() * 4 < fine.triangles.len(), "{} {}", coarse.len(), fine.triangles.len());
+        // The border moves by up to a cell: 6 mm around 240 x 140 mm is an eighth of the area.
+        assert!((area(&coarse) / area(&fine.triangles) - 1.0).abs() < 0.125);
     }
 
     #[test]

@@ -140,3 +140,23 @@ fn a_narrow_window_shows_one_thing_at_a_time_in_every_language() {
         assert!(window.shows(words), "{words}");
     }
 }
+
+#[test]
+fn the_part_looked_at_stays_when_another_one_arrives() {
+    let project = Project::new();
+    project.write("scans/1.ply", &demo_file("scans/01_good_top.ply"));
+    project.write("scans/2.ply", &demo_file("scans/03_out_of_tolerance.ply"));
+    let mut window = Window::open(setup(&project), [1280.0, 800.0]);
+    window.ask(Action::Show(Screen::Results));
+    assert!(window.says("No part inspected yet"));
+    window.ask(Action::Run);
+    window.wait("the first part", |app| app.facts().parts.len() == 1);
+    window.wait("the end of the sequence", |app| app.facts().last_end.is_some());
+    assert!(window.shows("Part 1 of 2"));
+    // Who comes back from another screen finds the newest.
+    window.ask(Action::Show(Screen::Operator));
+    window.harness.run_steps(3);
+    window.ask(Action::Show(Screen::Results));
+    window.harness.run_steps(4);
+    assert!(window.shows("Part 2 of 2"));
+}

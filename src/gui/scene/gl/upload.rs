@@ -5,10 +5,20 @@ use crate::gui::scene::shape::Shape;
 use std::sync::Arc;
 use three_d::{Context, DepthTest, ElementBuffer, Program, RenderStates, VertexBuffer, Viewport};
 
+/// How finely a surface is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// All triangles.
+    Fine,
+    /// A few, while the picture moves.
+    Coarse,
+}
+
 pub struct UploadedShape {
     pub positions: VertexBuffer<[f32; 3]>,
     pub normals: VertexBuffer<[f32; 3]>,
     pub triangles: ElementBuffer<u32>,
+    pub coarse: ElementBuffer<u32>,
 }
 
 pub struct UploadedPart {
@@ -34,16 +44,21 @@ pub struct UploadedCloud {
 }
 
 impl UploadedShape {
-    pub fn new(context: &Context, shape: &Shape) -> Self {
+    fn new(context: &Context, shape: &Shape, coarse: &[u32]) -> Self {
         Self {
             positions: VertexBuffer::new_with_data(context, &shape.positions),
             normals: VertexBuffer::new_with_data(context, &shape.normals),
             triangles: ElementBuffer::new_with_data(context, &shape.triangles),
+            coarse: ElementBuffer::new_with_data(context, coarse),
         }
     }
 
-    pub fn draw(&self, program: &Program, values: Option<&VertexBuffer<[f32; 4]>>, viewport: Viewport) {
-        if self.triangles.count() == 0 {
+    pub fn draw(&self, program: &Program, values: Option<&VertexBuffer<[f32; 4]>>, detail: Detail, viewport: Viewport) {
+        let triangles = match detail {
+            Detail::Fine => &self.triangles,
+            Detail::Coarse => &self.coarse,
+        };
+        if triangles.count() == 0 {
             return;
         }
         program.use_vertex_attribute("position", &self.positions);
@@ -51,7 +66,7 @@ impl UploadedShape {
         if let Some(values) = values {
             program.use_vertex_attribute("value", values);
         }
-        program.draw_elements(states(), viewport, &self.triangles);
+        program.draw_elements(states(), viewport, triangles);
     }
 }
 
@@ -59,8 +74,8 @@ impl UploadedPart {
     pub fn new(context: &Context, of: &Arc<PartContent>) -> Self {
         Self {
             of: of.clone(),
-            cad: UploadedShape::new(context, &of.cad),
-            map: UploadedShape::new(context, &of.map),
+            cad: UploadedShape::new(context, &of.cad, &of.cad_coarse),
+            map: UploadedShape::new(context, &of.map, &of.map_coarse),
             outline: VertexBuffer::new_with_data(context, &of.outline),
             radius_mm: radius(&of.cad.positions).max(radius(&of.map.positions)),
         }
