@@ -113,8 +113,10 @@ pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &
     let marks = marks(&content.inspection.points, scope.words);
     let places = overlay::placed(&marks, &camera, scene, content.part);
     let flagged = flagged(view.labels, &content.inspection.points, scope.view.point);
-    let clicked = overlay::flags(ui, scene, &marks, &places, &flagged, scope.view.point, theme);
+    let banners = overlay::banners(ui, scene, &marks, &places, &flagged);
+    overlay::leaders(&ui.painter_at(scene), &banners, scope.view.point, theme);
     overlay::markers(&ui.painter_at(scene), &marks, &places, scope.view.point, theme);
+    let clicked = overlay::flags(ui, &banners, &marks, scope.view.point, theme);
     overlay::axes(&ui.painter_at(scene), &camera, scene, theme);
     measure_ui(ui, scene, &camera, view, scope);
     if let Some(k) = clicked {

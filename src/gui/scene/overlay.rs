@@ -110,21 +110,24 @@ pub fn marker(painter: &Painter, kind: &str, verdict: Verdict, pos: Pos2, theme:
 /// Height of a flag and the distance from one to the next, points.
 const FLAG: [f32; 2] = [26.0, 34.0];
 
-/// Draws the flags of some marks with their leaders. Returns the mark whose flag was clicked.
-pub fn flags(
-    ui: &mut Ui,
-    at: Rect,
-    marks: &[Mark],
-    places: &[Option<Placed>],
-    flagged: &[usize],
-    chosen: Option<usize>,
-    theme: &Theme,
-) -> Option<usize> {
+/// A flag's place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Banner {
+    /// Which of the marks it names.
+    pub mark: usize,
+    /// The flag.
+    pub rect: Rect,
+    /// The leader, from the flag to the mark.
+    pub leader: [Pos2; 2],
+}
+
+/// Where the flags of some marks stand, in the margins of a view; marks outside of it get none.
+pub fn banners(ui: &Ui, at: Rect, marks: &[Mark], places: &[Option<Placed>], flagged: &[usize]) -> Vec<Banner> {
     let shown: Vec<(usize, Pos2)> =
         flagged.iter().filter_map(|&k| Some((k, places[k]?.pos))).filter(|(_, pos)| at.contains(*pos)).collect();
     let wide = shown.iter().map(|(k, _)| flag_width(ui, &marks[*k])).fold(0.0, f32::max);
     if at.width() < 2.0 * wide + 120.0 || at.height() < 3.0 * FLAG[1] {
-        return None;
+        return Vec::new();
     }
     let room = Room {
         left_x: f64::from(at.left() + 8.0 + wide),
@@ -135,29 +138,36 @@ pub fn flags(
     };
     let points: Vec<[f64; 2]> = shown.iter().map(|(_, p)| [f64::from(p.x), f64::from(p.y)]).collect();
     let margins = split(&points, f64::from(at.center().x), room.capacity());
-    let flags = place(&points, &margins, &room);
-    let inner = |flag: &crate::report::flags::Flag| {
-        let x = if flag.margin == Margin::Left { room.left_x } else { room.right_x };
-        pos2(x as f32, flag.y as f32)
+    let banner = |flag: &crate::report::flags::Flag| {
+        let (left, inner) = match flag.margin {
+            Margin::Left => (at.left() + 8.0, room.left_x),
+            Margin::Right => (room.right_x as f32, room.right_x),
+        };
+        let (mark, pos) = shown[flag.point];
+        let rect = Rect::from_min_size(pos2(left, flag.y as f32 - 0.5 * FLAG[0]), vec2(wide, FLAG[0]));
+        Banner { mark, rect, leader: [pos2(inner as f32, flag.y as f32), pos] }
     };
-    let is_chosen = |flag: &crate::report::flags::Flag| Some(shown[flag.point].0) == chosen;
-    for (rim, bold) in [(3.2, false), (1.0, true)] {
-        for flag in &flags {
-            let (width, colour) = match (bold, is_chosen(flag)) {
-                (false, _) => (rim, theme.panel),
-                (true, true) => (2.5, theme.accent),
-                (true, false) => (rim, theme.text),
-            };
-            ui.painter().line_segment([inner(flag), shown[flag.point].1], Stroke::new(width, colour));
-        }
+    place(&points, &margins, &room).iter().map(banner).collect()
+}
+
+/// Draws the leaders of flags, below the markers.
+pub fn leaders(painter: &Painter, banners: &[Banner], chosen: Option<usize>, theme: &Theme) {
+    for banner in banners {
+        painter.line_segment(banner.leader, Stroke::new(3.2, theme.panel));
     }
+    for banner in banners {
+        let is_chosen = Some(banner.mark) == chosen;
+        let stroke = if is_chosen { Stroke::new(2.5, theme.accent) } else { Stroke::new(1.0, theme.text) };
+        painter.line_segment(banner.leader, stroke);
+    }
+}
+
+/// Draws flags, above everything. Returns the mark whose flag was clicked.
+pub fn flags(ui: &mut Ui, banners: &[Banner], marks: &[Mark], chosen: Option<usize>, theme: &Theme) -> Option<usize> {
     let mut clicked = None;
-    for flag in &flags {
-        let x = if flag.margin == Margin::Left { at.left() + 8.0 } else { at.right() - 8.0 - wide };
-        let rect = Rect::from_min_size(pos2(x, flag.y as f32 - 0.5 * FLAG[0]), vec2(wide, FLAG[0]));
-        let mark = &marks[shown[flag.point].0];
-        if flag_ui(ui, rect, mark, is_chosen(flag), theme).clicked() {
-            clicked = Some(shown[flag.point].0);
+    for banner in banners {
+        if flag_ui(ui, banner.rect, &marks[banner.mark], Some(banner.mark) == chosen, theme).clicked() {
+            clicked = Some(banner.mark);
         }
     }
     clicked

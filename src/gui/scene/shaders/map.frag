@@ -17,7 +17,7 @@ void main() {
     float light = 0.88 + 0.12 * clamp(0.55 + 3.5 * (cosine - 0.686), 0.0, 1.0);
     float known = value_known.y;
     float deviation_mm = value_known.x / max(known, 1e-3);
-    // Lines of equal deviation, about a pixel wide, where there is form: twelve micrometres a millimetre.
+    // Lines of equal deviation, about a pixel wide, where there is form: a fiftieth of a millimetre a millimetre.
     float level = value_known.z / max(known, 1e-3) / line_mm;
     float slope = fwidth(level);
     float form = fwidth(value_known.w / max(known, 1e-3));
@@ -30,7 +30,7 @@ void main() {
         shown = stripe < 0.5 * hatch_px ? hatch_dark : hatch_light;
     } else {
         shown = scale_colour(deviation_mm);
-        if (to_line < 0.6 * slope && slope < 0.35 && form > 0.012 * mm_per_px) {
+        if (to_line < 0.6 * slope && slope < 0.35 && form > 0.02 * mm_per_px) {
             shown *= 0.74;
         }
     }
