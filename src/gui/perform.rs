@@ -12,7 +12,7 @@ use std::time::Instant;
 /// Carries out one action.
 pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
     match action {
-        Action::Show(screen) => app.view.screen = screen,
+        Action::Show(screen) => show(app, screen),
         Action::Open(path) => open(app, path),
         Action::AskForPlan => app.dialog.ask(ctx, app.facts.plan_path.as_deref()),
         Action::TypePath(open) => app.view.typed_path = open.then(String::new),
@@ -121,6 +121,14 @@ fn stop(app: &mut App) {
     } else {
         app.bridge.stop_after_part();
     }
+}
+
+/// Who comes back to the results finds the newest part, unless a lamp led there.
+fn show(app: &mut App, screen: Screen) {
+    if app.view.screen == Screen::Results && screen != Screen::Results {
+        app.view.part = None;
+    }
+    app.view.screen = screen;
 }
 
 fn choose_part(app: &mut App, part: Option<usize>) {

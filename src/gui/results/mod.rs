@@ -75,10 +75,6 @@ pub struct ResultsView {
     fit_size: ViewSize,
     /// The point to which the camera flew.
     visited: Option<usize>,
-    /// The frame in which the screen was shown last.
-    shown_in: u64,
-    /// The part that was not chosen by hand.
-    stayed: Option<usize>,
     /// Points beyond the scale of a map.
     counted: Option<(Arc<MapContent>, f64, [usize; 2])>,
     /// What the camera turns in the next frame.
@@ -114,8 +110,6 @@ impl Default for ResultsView {
             margin: super::scene::linked::FLAG_MARGIN,
             fit_size: ViewSize { width: 640.0, height: 480.0 },
             visited: None,
-            shown_in: 0,
-            stayed: None,
             counted: None,
             turn: None,
             map_ready: false,
@@ -169,20 +163,6 @@ impl ResultsView {
         self.picks.clear();
     }
 
-    /// The part that is looked at stays when another one arrives: it is chosen as soon as the screen is shown. Who comes back from another
-    /// screen finds the newest, unless a part was chosen by hand.
-    fn stay(&mut self, ui: &Ui, place: usize, scope: &mut Scope) {
-        let frame = ui.ctx().cumulative_frame_nr();
-        let came_back = frame > self.shown_in + 1;
-        self.shown_in = frame;
-        if scope.view.part.is_none() {
-            self.stayed = Some(place);
-            scope.ask(Action::ChoosePart(self.stayed));
-        } else if came_back && scope.view.part == self.stayed {
-            scope.ask(Action::ChoosePart(None));
-        }
-    }
-
     /// Another part begins with its own view and scale; the next scan of the same part leaves both.
     fn begin(&mut self, part: &Arc<Part>, range_mm: f64) {
         // A sequence that is run again reads the same CAD again.
@@ -216,7 +196,10 @@ pub(super) fn results_ui(ui: &mut Ui, scope: &mut Scope, view: &mut ResultsView)
         return;
     };
     let place = scope.view.part.filter(|k| *k < scope.facts.parts.len()).unwrap_or(scope.facts.parts.len() - 1);
-    view.stay(ui, place, scope);
+    if scope.view.part.is_none() {
+        // The part that is looked at stays when another one arrives.
+        scope.ask(Action::ChoosePart(Some(place)));
+    }
     let places = layout::places(all);
     header::header_ui(ui, places.header, &part, place, scope);
     view.picture.ui(ui, scope);
