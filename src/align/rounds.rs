@@ -102,7 +102,7 @@ mod tests {
     fn shrinking_motions_settle_and_are_no_cycle() {
         let rounds = lifts(&[1.0, 0.1, 0.01, 1e-3, 1e-4]);
         assert!(!rounds.have_settled() && rounds.cycle().is_none());
-        assert!(lifts(&[1.0, 1e-3, 1e-7]).have_settled());
+        assert!(lifts(&[1.0, 1e-3, 1e-8]).have_settled());
         // Single points that toggle; once may be chance.
         assert!(!lifts(&[1.0, 1e-3, -9e-4]).have_settled());
         assert!(lifts(&[1.0, 1e-3, -9e-4, 9e-4]).have_settled());

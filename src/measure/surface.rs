@@ -452,3 +452,36 @@ pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle
     let chance_mm = u_mean * (1.0 - followed).sqrt();
     (middle, Lack { mean_mm, sigmas: if chance_mm > 0.0 { mean_mm / chance_mm } else { 0.0 } })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(deviation_mm: f64, u_mm: f64, window_mm: f64) -> SurfaceFound {
+        SurfaceFound {
+            position: Point3::new(0.0, 0.0, deviation_mm),
+            normal: Vector3::z(),
+            deviation_mm,
+            standard_uncertainty_mm: u_mm,
+            window_mm,
+            rms_mm: 0.1,
+            points_used: 100,
+        }
+    }
+
+    /// Half of 0.1 and half of 0.2: the variance is the mean of both and half the distance squared, sqrt(0.0005 / 2 + 0.0025).
+    #[test]
+    fn two_windows_blend_without_a_step_and_their_difference_is_uncertain() {
+        let half = told(0.1, 0.01, 5.0).blended(told(0.2, 0.02, 3.5), 0.5);
+        assert!((half.deviation_mm - 0.15).abs() < 1e-12 && (half.position.z - 0.15).abs() < 1e-12);
+        assert!((half.standard_uncertainty_mm - 0.002_75_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(told(0.1, 0.01, 5.0).blended(told(0.2, 0.02, 3.5), 0.0), told(0.1, 0.01, 5.0));
+        assert_eq!(told(0.1, 0.01, 5.0).blended(told(0.2, 0.02, 3.5), 1.0).window_mm, 3.5);
+        let share = |sigmas: f64| Lack { mean_mm: 0.0, sigmas }.of_smaller();
+        assert_eq!([share(0.0), share(2.5), share(3.5), share(4.5), share(9.0)], [0.0, 0.0, 0.5, 1.0, 1.0]);
+        for k in 0..500 {
+            let sigmas = 0.01 * f64::from(k);
+            assert!((0.0..0.0076).contains(&(share(sigmas + 0.01) - share(sigmas))), "{sigmas}");
+        }
+    }
+}
