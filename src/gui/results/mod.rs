@@ -211,7 +211,8 @@ pub(super) fn results_ui(ui: &mut Ui, scope: &mut Scope, view: &mut ResultsView)
 
 /// Why the scan was refused and what to do.
 fn refused_ui(ui: &mut Ui, places: &Places, refusal: &crate::diagnostic::Refusal, scope: &Scope) {
-    let at = places.map.union(places.table).union(places.why).union(places.trend);
+    let others = [places.table, places.why, places.trend, places.histogram].into_iter().chain(places.cad);
+    let at = others.fold(places.map, Rect::union);
     cards::card(ui, at, scope.theme);
     let text = Rect::from_center_size(at.center(), vec2((at.width() - 80.0).min(800.0), 200.0));
     let reason = crate::report::words::capital(&refusal.reason);
