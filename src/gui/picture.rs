@@ -95,15 +95,7 @@ fn image_of(picture: &MapPicture) -> egui::ColorImage {
 
 fn map(part: &FinishedPart, [width, height]: [usize; 2]) -> Option<MapPicture> {
     let (Outcome::Measured(inspection), Some(scan)) = (&part.result.outcome, &part.scan) else { return None };
-    let pose = &inspection.alignment.cad_from_scan;
-    let positions = &scan.cloud.positions;
-    let (points, deviations): (Vec<_>, Vec<_>) = inspection
-        .map
-        .indices
-        .iter()
-        .zip(&inspection.map.deviations_mm)
-        .filter_map(|(&i, &d)| positions.get(i as usize).map(|p| (pose.point(p), d)))
-        .unzip();
+    let (points, deviations) = inspection.map_in_cad(&scan.cloud.positions);
     let face = &part.part.face(inspection.best_fit.face).mesh;
     let input = MapInput { face, points: &points, deviations_mm: &deviations, spacing_mm: scan.spacing_mm };
     let style = MapStyle {

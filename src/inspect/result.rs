@@ -196,6 +196,16 @@ pub struct Inspection {
     pub warnings: Vec<String>,
 }
 
+impl Inspection {
+    /// The map's points in the CAD frame with their deviations; `positions` are those of the scan's cloud, indices beyond them are passed
+    /// over.
+    pub fn map_in_cad(&self, positions: &[Point3]) -> (Vec<Point3>, Vec<f32>) {
+        let pose = &self.alignment.cad_from_scan;
+        let told = self.map.indices.iter().zip(&self.map.deviations_mm);
+        told.filter_map(|(&i, &d)| positions.get(i as usize).map(|p| (pose.point(p), d))).unzip()
+    }
+}
+
 /// Measured, or refused with a reason.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {

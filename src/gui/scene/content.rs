@@ -171,15 +171,7 @@ impl MapContent {
         range_mm: f64,
         run: &RunContext,
     ) -> Result<MapContent, Cancelled> {
-        let pose = &inspection.alignment.cad_from_scan;
-        let positions = &scan.cloud.positions;
-        let (points, deviations_mm): (Vec<Point3>, Vec<f32>) = inspection
-            .map
-            .indices
-            .iter()
-            .zip(&inspection.map.deviations_mm)
-            .filter_map(|(&i, &d)| positions.get(i as usize).map(|p| (pose.point(p), d)))
-            .unzip();
+        let (points, deviations_mm) = inspection.map_in_cad(&scan.cloud.positions);
         let measured = Measured { points: &points, deviations_mm: &deviations_mm, spacing_mm: scan.spacing_mm };
         let of_mesh = on_vertices(&part.fine, &part.normals, part.longest_mm, &measured, run)?;
         let smooth = smoothed(&part.fine, &of_mesh, LINE_ROUNDS);

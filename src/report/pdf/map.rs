@@ -83,15 +83,7 @@ pub fn prepare<'a>(
     let labelled = labelled(inspection);
     let flag_width = if labelled.is_empty() { 0.0 } else { flag_width(page, &labelled) + 3.0 };
     let width = LEGEND - 5.0 - LEFT - 2.0 * flag_width;
-    let pose = &inspection.alignment.cad_from_scan;
-    let positions = &scene.scan.cloud.positions;
-    let (points, deviations): (Vec<_>, Vec<_>) = inspection
-        .map
-        .indices
-        .iter()
-        .zip(&inspection.map.deviations_mm)
-        .filter_map(|(&i, &d)| positions.get(i as usize).map(|p| (pose.point(p), d)))
-        .unzip();
+    let (points, deviations) = inspection.map_in_cad(&scene.scan.cloud.positions);
     let face = &scene.part.face(inspection.best_fit.face).mesh;
     let input = MapInput { face, points: &points, deviations_mm: &deviations, spacing_mm: scene.scan.spacing_mm };
     let style = MapStyle {
