@@ -1,6 +1,6 @@
 //! Makes `docs/accuracy.md`: what the whole pipeline and its estimators are worth, against parts whose truth is known.
 //!
-//! `cargo run --release --example accuracy` looks at 1,000 parts and takes three quarters of an hour on two idle cores; `-- SCANS FILE` looks at
+//! `cargo run --release --example accuracy` looks at 1,000 parts and takes 55 minutes of processor time; `-- SCANS FILE` looks at
 //! fewer of them and writes elsewhere. The same count gives the same bytes.
 
 mod page;
