@@ -1,5 +1,6 @@
 //! How many points of the map have which deviation.
 
+use super::still_plot::still_plot;
 use crate::gui::fonts;
 use crate::gui::scene::content::Histogram;
 use crate::gui::scene::legend::colour;
@@ -9,7 +10,7 @@ use crate::gui::widgets::words as write;
 use crate::inspect::MapStatistics;
 use crate::report::palette::Scale;
 use egui::{Align2, Rect, Stroke, Ui, vec2};
-use egui_plot::{Bar, BarChart, LineStyle, Plot, VLine};
+use egui_plot::{Bar, BarChart, LineStyle, VLine};
 
 /// Draws the histogram with mean and quantiles, its statistics below.
 pub fn histogram_ui(
@@ -48,15 +49,7 @@ pub fn histogram_ui(
         .collect();
     let most = histogram.counts.iter().copied().max().unwrap_or(0).max(1) as f64;
     let end = histogram.start_mm.abs();
-    let plot = Plot::new("histogram")
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
-        .show_crosshair(false)
-        .show_x(false)
-        .show_y(false)
+    let plot = still_plot("histogram")
         .include_x(-end)
         .include_x(end)
         .include_y(0.0)

@@ -12,6 +12,7 @@ mod numbers;
 mod order;
 mod picture;
 mod sentence;
+mod still_plot;
 mod table;
 mod trend;
 mod views;

@@ -1,6 +1,7 @@
 //! The chosen point over the parts of the sequence.
 
 use super::numbers;
+use super::still_plot::still_plot;
 use crate::gui::facts::FinishedPart;
 use crate::gui::fonts;
 use crate::gui::scope::Scope;
@@ -9,7 +10,7 @@ use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::words as write;
 use crate::inspect::{Outcome, PointResult, Verdict};
 use egui::{Align2, Rect, Stroke, Ui, vec2};
-use egui_plot::{HLine, Line, LineStyle, Plot, PlotPoint, PlotPoints, Polygon};
+use egui_plot::{HLine, Line, LineStyle, PlotPoint, PlotPoints, Polygon};
 use std::sync::Arc;
 
 /// One part in the trend.
@@ -60,15 +61,7 @@ pub fn trend_ui(
     let [low, high] = extent(&steps, point);
     let u_mm = point.measurement.as_ref().map_or(0.0, |m| m.uncertainty_mm);
     let names: Vec<String> = scope.facts.parts.iter().map(|p| p.short_name()).collect();
-    let plot = Plot::new(("trend", &point.name))
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
-        .show_crosshair(false)
-        .show_x(false)
-        .show_y(false)
+    let plot = still_plot(("trend", &point.name))
         .include_x(first - 0.6)
         .include_x((last + 0.6).max(first + 7.4))
         .include_y(low)
