@@ -1,5 +1,6 @@
 //! What a person can ask of the window. Views collect these; `App` carries them out, after everything is drawn.
 
+use super::engineer::Edit;
 use super::settings::ThemeChoice;
 use super::text::Language;
 use crate::diagnostic::Diagnostic;
@@ -78,6 +79,8 @@ pub enum Action {
     Say(Diagnostic),
     /// Put the message away.
     Dismiss,
+    /// Change the plan that is edited.
+    Edit(Edit),
     /// The whole screen, or a window.
     FullScreen,
 }

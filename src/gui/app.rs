@@ -2,6 +2,7 @@
 
 use super::action::{Action, Screen};
 use super::bridge::{Bridge, Job};
+use super::engineer::{self, EngineerView};
 use super::facts::Facts;
 use super::operator;
 use super::picture::Painter;
@@ -34,6 +35,7 @@ pub struct App {
     pub(super) bridge: Bridge,
     pub(super) dialog: dialog::Dialog,
     results: ResultsView,
+    pub(super) engineer: EngineerView,
     pictures: Painter,
     actions: Vec<Action>,
 }
@@ -54,6 +56,7 @@ impl App {
             bridge,
             dialog: dialog::Dialog::default(),
             results: ResultsView::default(),
+            engineer: EngineerView::default(),
             pictures: Painter::start(ctx),
             actions: Vec::new(),
         };
@@ -125,6 +128,7 @@ impl App {
         let frame = egui::Frame::NONE.fill(theme.window);
         egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| match screen {
             Screen::Results => results::results_ui(ui, &mut scope, &mut self.results),
+            Screen::Engineer => engineer::engineer_ui(ui, &mut scope, &mut self.engineer),
             _ => operator::operator_ui(ui, &mut scope, &mut self.pictures),
         });
         help::help_ui(ui, &mut scope);

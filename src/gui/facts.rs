@@ -1,5 +1,6 @@
 //! What is so: the plan, the part, what was inspected, what the worker does. Only the worker's events change it.
 
+use super::engineer::Editing;
 use crate::diagnostic::Diagnostic;
 use crate::inspect::{DeviationMap, InspectionResult, Outcome};
 use crate::part::Part;
@@ -172,6 +173,8 @@ pub struct Facts {
     pub troubles: Troubles,
     /// How the last sequence ended.
     pub last_end: Option<SequenceSummary>,
+    /// The plan as it is edited, once the engineer has opened it.
+    pub editing: Option<Editing>,
     /// A message that nobody put away yet.
     pub message: Option<Diagnostic>,
 }

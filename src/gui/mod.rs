@@ -12,6 +12,7 @@ mod app;
 mod bar;
 mod bridge;
 mod dialog;
+pub mod engineer;
 mod facts;
 mod fonts;
 mod frame_times;

@@ -3,6 +3,7 @@
 use super::action::{Action, Screen};
 use super::app::App;
 use super::bridge;
+use super::engineer::Edit;
 use super::facts::{Facts, Job, Running};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::worker::{SequenceRequest, WatchSettings};
@@ -34,6 +35,7 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Takt(takt) => set_takt(app, takt),
         Action::NewShift => app.settings.shift = Default::default(),
         Action::Dismiss => app.facts.message = None,
+        Action::Edit(edit) => self::edit(app, &edit),
         Action::FullScreen => {
             let full = ctx.input(|i| i.viewport().fullscreen.unwrap_or(false));
             ctx.send_viewport_cmd(egui::ViewportCommand::Fullscreen(!full));
@@ -150,6 +152,18 @@ fn fetch(app: &mut App, at: usize) {
         plan: part.plan.clone(),
         part: part.part.clone(),
     });
+}
+
+/// Changes the plan that is edited. A new row is shown.
+fn edit(app: &mut App, edit: &Edit) {
+    let Some(editing) = &mut app.facts.editing else { return };
+    match (editing.apply(edit), edit) {
+        (Ok(Some(row)), Edit::AddRows(list, _)) => app.engineer.choose(*list, row),
+        (Ok(_), _) => {}
+        (Err(fault), _) => {
+            app.facts.message = Some(Diagnostic::warning(fault.to_string()).with_help(fault.help()));
+        }
+    }
 }
 
 fn set_takt(app: &mut App, takt: Option<f64>) {

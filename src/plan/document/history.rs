@@ -152,4 +152,13 @@ impl History {
     pub fn end_gesture(&mut self) {
         self.gesture = Gesture::None;
     }
+
+    /// Whether the text is another one again.
+    pub fn drop_gesture(&mut self, text: &mut String) -> bool {
+        let edited = std::mem::take(&mut self.gesture) == Gesture::Open;
+        if let Some(Entry { text: before, .. }) = self.done.pop_back_if(|_| edited) {
+            *text = before;
+        }
+        edited
+    }
 }

@@ -221,4 +221,11 @@ impl Document {
     pub fn end_gesture(&mut self) {
         self.history.end_gesture();
     }
+
+    /// Ends it and takes its step back, whether anything was edited in it or not. It cannot be done again.
+    pub fn drop_gesture(&mut self) {
+        if self.history.drop_gesture(&mut self.text) {
+            self.parsed = OnceLock::new();
+        }
+    }
 }

@@ -222,6 +222,26 @@ fn a_moved_point_changes_only_what_differs() {
 }
 
 #[test]
+fn a_gesture_that_is_dropped_leaves_no_trace() {
+    let mut document = open(FULL);
+    let thickness = |document: &mut Document, mm: f64| {
+        document.set_setting("part", "thickness_mm", &FieldValue::Number(mm)).unwrap();
+    };
+    thickness(&mut document, 1.4);
+    let (text, step) = (document.text().to_owned(), document.undo_step().cloned());
+    document.begin_gesture();
+    thickness(&mut document, 1.5);
+    thickness(&mut document, 1.6);
+    document.drop_gesture();
+    assert_eq!((document.text(), document.undo_step(), document.redo_step()), (text.as_str(), step.as_ref(), None));
+    assert_eq!(document.setting("part", "thickness_mm"), Some(FieldValue::Number(1.4)));
+    // One in which nothing was edited takes nothing back.
+    document.begin_gesture();
+    document.drop_gesture();
+    assert_eq!((document.text(), document.undo_step()), (text.as_str(), step.as_ref()));
+}
+
+#[test]
 fn names_and_what_refers_to_them_change_together() {
     let mut document = open(FULL);
     document.rename(List::Feature, 0, "H7").unwrap();

@@ -1,0 +1,12 @@
+//! Dialogs over the engineer's screen: tolerances of many points, the other hand, tables.
+
+use super::state::EngineerView;
+use crate::gui::scope::Scope;
+use egui::Ui;
+
+/// Which of them is open, with what was typed into it.
+#[derive(Debug, Default)]
+pub struct Dialogs {}
+
+/// Draws the dialog that is open.
+pub(super) fn dialogs_ui(_ui: &mut Ui, _scope: &mut Scope, _view: &mut EngineerView) {}
