@@ -72,7 +72,14 @@ pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
     let mut failed = 0;
     for file in &arguments.files {
         match fit_file(file, arguments.kind, method, known) {
-            Ok(outcome) => terminal::line(json(file, arguments.kind, &outcome)),
+            Ok((outcome, not_finite)) => {
+                if not_finite > 0 {
+                    let message =
+                        format!("{not_finite} points with a coordinate that is no number (nan, inf) are left out");
+                    terminal::error(&Diagnostic::warning(message).in_file(file));
+                }
+                terminal::line(json(file, arguments.kind, &outcome, not_finite));
+            }
             Err(diagnostic) => {
                 failed += 1;
                 terminal::error(&diagnostic);
@@ -86,21 +93,26 @@ pub(super) fn run(arguments: &FitArguments) -> Result<Exit, Diagnostic> {
     })
 }
 
-fn fit_file(file: &Path, kind: FitKind, method: FitMethod, known: Known) -> Result<FitOutcome, Diagnostic> {
+/// The fit, and how many points were no numbers.
+fn fit_file(file: &Path, kind: FitKind, method: FitMethod, known: Known) -> Result<(FitOutcome, usize), Diagnostic> {
     let bytes = io::read_file(file).map_err(diagnostic_of)?;
     // The file's own unit is kept: nothing is compared with a CAD here.
     let cloud = io::read_cloud(&bytes, file, LengthUnit::Mm, &RunContext::silent()).map_err(diagnostic_of)?;
-    fit_points_knowing(kind, &cloud.positions, method, known).map_err(|e| {
+    let fit = fit_points_knowing(kind, &cloud.positions, method, known).map_err(|e| {
         let help = match e {
             FitError::OffPlane { .. } => "give the plane in which the points lie, or leave --plane out",
+            FitError::NotOfRadius => {
+                "check --radius and the unit of the file, or leave --radius out and let the fit tell it"
+            }
             _ => "give more points, spread over more of the shape; if some of them are outliers, try --robust",
         };
         Diagnostic::error(format!("no {} fits: {e}", kind.key())).in_file(file).with_help(help)
-    })
+    })?;
+    Ok((fit, cloud.skipped_invalid))
 }
 
 /// One line of JSON, numbers with 17 significant digits.
-fn json(file: &Path, kind: FitKind, outcome: &FitOutcome) -> String {
+fn json(file: &Path, kind: FitKind, outcome: &FitOutcome, not_finite: usize) -> String {
     let mut text = String::from("{");
     let name = serde_json::Value::from(file.display().to_string());
     let _ = write!(text, "\"file\": {name}, \"kind\": \"{}\", \"points\": {}", kind.key(), outcome.points);
@@ -144,8 +156,8 @@ fn json(file: &Path, kind: FitKind, outcome: &FitOutcome) -> String {
         }
     }
     number(&mut text, "rms", outcome.rms);
-    number(&mut text, "sigma", outcome.sigma);
-    let _ = write!(text, ", \"rejected\": {}", outcome.rejected);
+    number(&mut text, "sigma", outcome.sigma.unwrap_or(f64::NAN));
+    let _ = write!(text, ", \"rejected\": {}, \"not_finite\": {not_finite}", outcome.rejected);
     number(&mut text, "condition", outcome.condition);
     add_uncertainty(&mut text, outcome);
     text.push('}');
@@ -198,7 +210,7 @@ mod tests {
         let places = [[0.0, 0.0], [4.0, 0.1], [8.0, -0.1], [3.0, 5.0], [6.0, 6.1]];
         let points: Vec<Point3> = places.iter().map(|p| Point3::new(p[0], p[1], 0.1 * (p[0] * 7.0).sin())).collect();
         let fit = fit_points_knowing(FitKind::Plane, &points, FitMethod::LeastSquares, Known::default()).unwrap();
-        let told: serde_json::Value = serde_json::from_str(&json(Path::new("p"), FitKind::Plane, &fit)).unwrap();
+        let told: serde_json::Value = serde_json::from_str(&json(Path::new("p"), FitKind::Plane, &fit, 0)).unwrap();
         assert_eq!(told["k"], 1);
         assert!(told["point_u"][2].as_f64().unwrap() > 0.0 && told["normal_u_deg"].as_f64().unwrap() > 0.0);
         assert_eq!(told.get("diameter_u"), None);

@@ -8,9 +8,9 @@
 //! exceed the sum about the shape by more than chance. The ratio of two sums of `n` squared Gaussian residuals scatters by `2 / sqrt(n)`;
 //! six times that is asked for. Points without scatter are held to rounding.
 
-use super::outcome::{CoordinatePlane, Fitted};
+use super::outcome::{CoordinatePlane, Fitted, Known};
 use super::shapes::cone::Cone;
-use super::shapes::cylinder::Cylinder;
+use super::shapes::cylinder::{Cylinder, fit_cylinder_near};
 use super::shapes::line::principal_axes;
 use super::shapes::{FitError, Normaliser};
 use crate::geometry::{Point3, UnitVector3};
@@ -22,11 +22,21 @@ const ROUNDING: f64 = 1e-9;
 /// A radius below this many times the rms residual is scatter: points that fill a round thread lie 2.8 times as far from its axis as
 /// they scatter about their mean distance from it.
 const LEAST_RADIUS: f64 = 3.0;
+/// Points whose sum of squares along is so many times that across lie in line, thick as the line may be.
+const IN_LINE: f64 = 25.0;
 /// Points scattered off a circle's given plane by more than this share of the radius are no circle in that plane.
 const MOST_OFF_PLANE: f64 = 0.25;
 
 /// Refuses a shape that the points do not fix. `points` are those that were used, `distances` their distances as the fit sees them.
-pub(super) fn check(
+pub(super) fn check(shape: &Fitted, points: &[Point3], distances: &[f64], known: Known) -> Result<(), FitError> {
+    check_freely(shape, points, distances, known.plane).map_err(|e| match e {
+        // The points may well fix a shape of another radius.
+        FitError::NotFixed { .. } if known.radius.is_some() => FitError::NotOfRadius,
+        other => other,
+    })
+}
+
+fn check_freely(
     shape: &Fitted,
     points: &[Point3],
     distances: &[f64],
@@ -37,7 +47,14 @@ pub(super) fn check(
     let [first, second, third] = spreads(points)?;
     match shape {
         Fitted::Line(_) if !sums.is_beyond_chance(first, second) => not("they spread alike in two directions"),
-        Fitted::Plane(_) if !sums.is_beyond_chance(second, third) => not("they lie in line"),
+        Fitted::Plane(_) if !sums.is_beyond_chance(second, third) => {
+            let in_line = sums.is_beyond_chance(first, second) && first > IN_LINE * second;
+            not(if in_line {
+                "they lie in line"
+            } else {
+                "they spread alike in two directions or three, and lie in no plane"
+            })
+        }
         Fitted::Circle(circle) => {
             if let Some(plane) = plane {
                 check_in_plane(points, plane, circle.radius, sums.rms)?;
@@ -54,7 +71,10 @@ pub(super) fn check(
             not("they scatter by more than its radius")
         }
         Fitted::Cylinder(cylinder) => check_around(points, &cylinder.point, &cylinder.axis, third, &sums),
-        Fitted::Cone(cone) => check_around(points, &cone.point, &cone.axis, third, &sums),
+        Fitted::Cone(cone) => {
+            check_around(points, &cone.point, &cone.axis, third, &sums)?;
+            if sums.is_cone(points, cone) { Ok(()) } else { not("a cylinder explains them as well") }
+        }
         _ => Ok(()),
     }
 }
@@ -74,6 +94,16 @@ impl Sums {
         let (count, scale) = (points.len() as f64, Normaliser::of(points, 2)?.scale);
         let sum: f64 = distances.iter().map(|d| d * d).sum();
         Ok(Self { count, scale, fit: sum / (scale * scale), rms: (sum / count).sqrt() })
+    }
+
+    /// Whether a cone explains the points better than the cylinder that fits them best: one parameter more must take more off the sum of
+    /// squares than three times its standard uncertainty does by chance, `9 sigma²`, and more than rounding.
+    fn is_cone(&self, points: &[Point3], cone: &Cone) -> bool {
+        let near = Cylinder { point: cone.point, axis: cone.axis, radius: 0.5 * cone.diameter() };
+        let Ok((cylinder, _)) = fit_cylinder_near(&near, points, &[]) else { return true };
+        let about_it: f64 = points.iter().map(|p| (cylinder.distance(p) / self.scale).powi(2)).sum();
+        let variance = self.fit / (self.count - 6.0).max(1.0);
+        about_it - self.fit > 9.0 * variance + self.count * ROUNDING * ROUNDING
     }
 
     /// Whether a sum of squares about the simpler set is larger than that about the shape by more than chance. False for NaN.

@@ -142,8 +142,8 @@ pub struct FitOutcome {
     pub points: usize,
     /// Root mean square distance of the points that were used.
     pub rms: f64,
-    /// Standard deviation of their distances, degrees of freedom taken off.
-    pub sigma: f64,
+    /// Standard deviation of their distances, degrees of freedom taken off; nobody knows it where none is left.
+    pub sigma: Option<f64>,
     /// Points left out by the three-sigma step, or of weight zero in the robust fit.
     pub rejected: usize,
     /// Condition of the fit's equations; large = weakly fixed.
@@ -275,22 +275,22 @@ fn outcome(
     let used = |k: usize| weights.get(k).is_none_or(|w| *w > 0.0);
     let used: Vec<Point3> = points.iter().enumerate().filter(|(k, _)| used(*k)).map(|(_, p)| *p).collect();
     let distances = distances(&shape, &used, plane);
-    determined::check(&shape, &used, &distances, plane)?;
+    determined::check(&shape, &used, &distances, known)?;
     let (rms, sigma) = rms_and_sigma(kind, &distances, known);
     let weights: Vec<f64> = weights.iter().copied().filter(|w| *w > 0.0).collect();
-    let uncertainty = match freedom(kind, used.len(), known) {
-        0 => None,
-        _ => Some(uncertainty_of(&shape, &used, &weights, sigma, known)?),
+    let uncertainty = match sigma {
+        None => None,
+        Some(sigma) => Some(uncertainty_of(&shape, &used, &weights, sigma, known)?),
     };
     let rejected = points.len() - used.len();
     Ok(FitOutcome { shape, points: points.len(), rms, sigma, rejected, condition, uncertainty })
 }
 
-/// Root mean square of the distances, and their standard deviation with the shape's parameters taken off.
-fn rms_and_sigma(kind: FitKind, distances: &[f64], known: Known) -> (f64, f64) {
+/// Root mean square of the distances, and their standard deviation with the shape's parameters taken off, if any freedom is left then.
+fn rms_and_sigma(kind: FitKind, distances: &[f64], known: Known) -> (f64, Option<f64>) {
     let (n, sum) = (distances.len(), distances.iter().map(|d| d * d).sum::<f64>());
     let freedom = freedom(kind, n, known);
-    let sigma = if freedom > 0 { (sum / freedom as f64).sqrt() } else { 0.0 };
+    let sigma = (freedom > 0).then(|| (sum / freedom as f64).sqrt());
     ((sum / n.max(1) as f64).sqrt(), sigma)
 }
 
@@ -308,7 +308,7 @@ fn three_sigma(kind: FitKind, points: &[Point3], first: &Fitted, known: Known) -
     let (rms, sigma) = rms_and_sigma(kind, &distances, known);
     // Points that fit to rounding, or just as many points as parameters, leave nothing to reject.
     let size = Normaliser::of(points, kind.points_needed())?.scale;
-    let limit = (3.0 * sigma).max(3.0 * rms).max(1e-12 * size);
+    let limit = (3.0 * sigma.unwrap_or(0.0)).max(3.0 * rms).max(1e-12 * size);
     let kept: Vec<Point3> = points.iter().zip(distances).filter(|(_, d)| d.abs() <= limit).map(|(p, _)| *p).collect();
     let (shape, condition) = fit_weighted(kind, &kept, &[], known)?;
     let refit = outcome(kind, shape, condition, &kept, &[], known)?;

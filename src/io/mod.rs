@@ -158,8 +158,11 @@ fn placed(error: ReadError, file: &Path) -> ReadError {
 
 /// The message for a coordinate that no scan and no CAD has.
 fn too_far(value_mm: f64) -> String {
-    format!("coordinate {value_mm} mm, expected at most {LARGEST_COORDINATE_MM:.0} mm: not a plausible part")
+    // In powers of ten where the digits would fill lines.
+    let told = if value_mm.abs() < 1e12 { format!("{value_mm}") } else { format!("{value_mm:.6e}") };
+    format!("coordinate {told} mm, expected at most {LARGEST_COORDINATE_MM:.0} mm: not a plausible part")
 }
 
 /// What to do about [`too_far`].
-const TOO_FAR_HELP: &str = "check the unit of the file in the plan, and whether the file is damaged";
+const TOO_FAR_HELP: &str =
+    "check the unit of the file (in a plan [scans] unit or [cad] unit), and whether the file is damaged";

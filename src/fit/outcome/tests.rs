@@ -324,3 +324,75 @@ fn a_circle_off_its_plane_is_refused() {
         circle(3.0).iter().enumerate().map(|(k, p)| p + Vector3::x() * (6.0 * scatter(k).x)).collect();
     assert!(matches!(fit(&wide, 0, 3.0), Err(FitError::OffPlane { .. })));
 }
+
+/// A cylinder of radius 1 along z: `count` exact points of a helix over an arc of `degrees` that is run through five times.
+fn helix(count: usize, length: f64, degrees: f64) -> Vec<Point3> {
+    let arc = degrees.to_radians();
+    (0..count)
+        .map(|k| {
+            let share = k as f64 / (count - 1) as f64;
+            let phi = arc * (5.0 * share).fract();
+            motion() * Point3::new(phi.cos(), phi.sin(), length * share)
+        })
+        .collect()
+}
+
+#[test]
+fn long_thin_cylinders_are_found_from_full_half_and_quarter_girths() {
+    let axis = motion() * Vector3::z();
+    for length in [3.0, 10.0, 30.0, 100.0] {
+        for degrees in [360.0, 180.0, 90.0] {
+            for count in [30, 200, 1000] {
+                let points = helix(count, length, degrees);
+                for radius in [None, Some(1.0)] {
+                    let known = Known { plane: None, radius };
+                    let what = format!("length {length}, {degrees} degrees, {count} points, radius {radius:?}");
+                    let fit = fit_points_knowing(FitKind::Cylinder, &points, FitMethod::LeastSquares, known);
+                    let fit = fit.unwrap_or_else(|e| panic!("{what}: {e}"));
+                    let Fitted::Cylinder(c) = fit.shape else { panic!("a cylinder") };
+                    assert_near(c.radius, 1.0, EXACT, &what);
+                    assert!(c.axis.cross(&axis).norm() < EXACT, "{what}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn points_in_rings_do_not_lead_the_start_astray() {
+    // 40 points a ring: every 40th point, or every 10th, lies on a few lines along the cylinder.
+    let rings: Vec<Point3> = (0..16_000)
+        .map(|k| {
+            let (phi, z) = ((k % 40) as f64 * 0.02, (k / 40) as f64 * 0.1);
+            motion() * Point3::new(8.0 * phi.cos(), 8.0 * phi.sin(), z)
+        })
+        .collect();
+    let fit = fit_points(FitKind::Cylinder, &rings, FitMethod::LeastSquares, None).unwrap();
+    let Fitted::Cylinder(c) = fit.shape else { panic!("a cylinder") };
+    assert_near(c.radius, 8.0, EXACT, "radius");
+}
+
+#[test]
+fn a_refusal_names_what_the_points_are() {
+    let ball: Vec<Point3> = (0..300).map(|k| Point3::from(scatter(k).normalize() * 25.0)).collect();
+    let said = |kind, points: &[Point3], radius| {
+        let known = Known { plane: None, radius };
+        fit_points_knowing(kind, points, FitMethod::LeastSquares, known).unwrap_err().to_string()
+    };
+    assert!(said(FitKind::Plane, &ball, None).contains("lie in no plane"));
+    let line: Vec<Point3> = (0..300).map(|k| Point3::new(k as f64, 0.0, 0.0) + scatter(k) * 0.1).collect();
+    assert!(said(FitKind::Plane, &line, None).contains("in line"));
+    let tube = helix(300, 20.0, 360.0);
+    assert!(said(FitKind::Cone, &tube, None).contains("a cylinder explains them as well"));
+    let scattered: Vec<Point3> = tube.iter().enumerate().map(|(k, p)| p + scatter(k) * 0.01).collect();
+    assert!(said(FitKind::Cone, &scattered, None).contains("a cylinder explains them as well"));
+    let arc = helix(300, 20.0, 90.0);
+    assert!(said(FitKind::Cylinder, &arc, Some(50.0)).contains("of the radius given"));
+}
+
+#[test]
+fn sigma_is_not_told_where_no_freedom_is_left() {
+    let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0]].map(Point3::from);
+    let plane = fit_points(FitKind::Plane, &corners, FitMethod::LeastSquares, None).unwrap();
+    assert!(plane.sigma.is_none() && plane.uncertainty.is_none());
+}

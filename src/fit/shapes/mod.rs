@@ -11,6 +11,7 @@ pub mod sphere;
 
 use super::gauss_newton::{Shape, minimise};
 use crate::geometry::{Point3, UnitVector3, Vector3};
+use line::principal_axes;
 
 /// Why a shape could not be fitted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -32,6 +33,9 @@ pub enum FitError {
         /// What they are instead.
         why: &'static str,
     },
+    /// No shape of the radius given lies closer to the points than a simpler set does.
+    #[error("no shape of the radius given lies closer to the points than a plane or a line does")]
+    NotOfRadius,
     /// The points of a circle do not lie in the plane given.
     #[error("the points lie {off:.6} off the plane that was given; on average its coordinate is {mean_value:.6}")]
     OffPlane {
@@ -121,7 +125,8 @@ fn half_sphere(count: usize) -> impl Iterator<Item = UnitVector3> {
     })
 }
 
-/// A start for a shape with an axis: of many directions, each with the shape that `start` makes of it, the best are carried to their
+/// A start for a shape with an axis: of directions spread over the half sphere the best, and the principal axes of the points (along which
+/// a long shape lies, whose sum of squares has a minimum only radius over length wide), each turned downhill and carried to its
 /// minimum over at most 400 points.
 pub(crate) fn best_start<S, const N: usize>(
     points: &[Point3],
@@ -134,17 +139,62 @@ where
 {
     const START_POINTS: usize = 400;
     let few = thinned(points, START_POINTS);
-    let sum_of_squares = |shape: &S| few.iter().map(|p| shape.residuals(p).0[0].powi(2)).sum::<f64>();
-    let starts = half_sphere(directions).filter_map(|axis| start(&few, axis));
-    let mut starts: Vec<(f64, S)> = starts.map(|shape| (sum_of_squares(&shape), shape)).collect();
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let ended = starts.into_iter().take(carried).filter_map(|(_, shape)| minimise::<S, N, 1>(shape, &few, &[]).ok());
+    let tried = |axis: UnitVector3| {
+        let shape = start(&few, axis)?;
+        let sum = few.iter().map(|p| shape.residuals(p).0[0].powi(2)).sum::<f64>();
+        (!sum.is_nan()).then_some(Tried { sum, axis, shape })
+    };
+    let mut starts: Vec<Tried<S>> = half_sphere(directions).filter_map(tried).collect();
+    starts.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    starts.truncate(carried);
+    let (_, _, principal) = principal_axes(&few, &[])?;
+    starts.extend(principal.into_iter().filter_map(|axis| tried(UnitVector3::new_normalize(axis))));
+    // The lattice's spacing: directions share the half sphere's 2 pi.
+    let spacing_rad = (std::f64::consts::TAU / directions as f64).sqrt();
+    let downhill = starts.into_iter().map(|start| turned_downhill(start, 0.5 * spacing_rad, tried));
+    let ended = downhill.filter_map(|start| minimise::<S, N, 1>(start.shape, &few, &[]).ok());
     let best = ended.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
     Ok(best.ok_or(FitError::Degenerate)?.shape)
 }
 
-/// At most `most` points, evenly through the list: enough to find a start.
+/// A shape made of the points for a direction of its axis, and its sum of squares.
+struct Tried<S> {
+    sum: f64,
+    axis: UnitVector3,
+    shape: S,
+}
+
+/// Turns the axis by steps in four directions as long as that helps, then by half as much, down to a ten-thousandth of a radian.
+fn turned_downhill<S>(
+    start: Tried<S>,
+    first_step_rad: f64,
+    tried: impl Fn(UnitVector3) -> Option<Tried<S>>,
+) -> Tried<S> {
+    const LAST_STEP_RAD: f64 = 1e-4;
+    const MOST_TURNS: usize = 40;
+    let (mut best, mut step) = (start, first_step_rad);
+    for _ in 0..MOST_TURNS {
+        let around =
+            [(step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)].map(|(u, v)| tried(turned(&best.axis, u, v)));
+        match around.into_iter().flatten().min_by(|a, b| a.sum.total_cmp(&b.sum)) {
+            Some(better) if better.sum < best.sum => best = better,
+            _ if step < LAST_STEP_RAD => break,
+            _ => step *= 0.5,
+        }
+    }
+    best
+}
+
+/// At most `most` points, spread evenly over the list and in step with nothing in it, such as the rings of a turned part: enough to find
+/// a start.
 fn thinned(points: &[Point3], most: usize) -> Vec<Point3> {
-    let step = points.len().div_ceil(most).max(1);
-    points.iter().step_by(step).copied().collect()
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let mut chosen: Vec<usize> =
+        (0..most).map(|k| ((k as f64 * golden).fract() * points.len() as f64) as usize).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen.into_iter().map(|k| points[k]).collect()
 }
