@@ -66,6 +66,17 @@ pub struct Card {
     pub covered: Option<f64>,
     /// Every question asked, in order.
     pub gates: Vec<Gate>,
+    /// Where windows of several sizes made the value: how much each counts. The rest of the card is that of the one that counts most.
+    pub blended: Vec<WindowShare>,
+}
+
+/// How much of a value is told by a window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindowShare {
+    /// Its radius.
+    pub window_mm: f64,
+    /// 0 to 1.
+    pub share: f64,
 }
 
 impl Card {

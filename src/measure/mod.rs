@@ -29,8 +29,9 @@ mod sight;
 pub mod slot;
 pub mod surface;
 mod thin;
+mod windows;
 
-pub use card::{Card, Gate, Rule};
+pub use card::{Card, Gate, Rule, WindowShare};
 pub use edge::{EdgeFound, edge, edge_with_card};
 pub use hole::{HoleFound, hole, hole_with_card};
 pub use reading::Reading;

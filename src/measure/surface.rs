@@ -16,6 +16,7 @@ use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, FINE_MM, face_height};
 use super::place::{Place, noise_mm};
 use super::sight::{check_in_sight, is_of_another_wall, own_heights};
+use super::windows::Windows;
 use super::{Local, NotFound};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::plan::{SurfaceFit, SurfaceMethod};
@@ -41,7 +42,7 @@ pub struct SurfaceFound {
 }
 
 /// Fewest points of a fit.
-const NEEDED: usize = 12;
+pub const NEEDED: usize = 12;
 /// The plan's direction must not lean over more than this from the normal, degrees.
 const MOST_LEAN_DEG: f64 = 60.0;
 
@@ -94,8 +95,9 @@ fn find_surface(
         return Err(NotFound::new("the CAD has no surface here", 0));
     }
     check_in_sight(local, &frame, &[[0.0; 2]])?;
-    card.cad_edge_mm = Some(local.face.edge_distance_mm(&frame.seen));
-    let wanted_mm = how.radius_mm.unwrap_or_else(|| window_radius(local, &frame.seen, how.method));
+    let cad_edge_mm = local.face.edge_distance_mm(&frame.seen);
+    card.cad_edge_mm = Some(cad_edge_mm);
+    let wanted_mm = window_radius_mm(how, local.scan.spacing_mm, cad_edge_mm);
     let place = Place::gather(local, &frame, wanted_mm, search_mm, card)?;
     place.check_gaps(wanted_mm, &|p| face_height(local, &frame, p, search_mm + 2.0).is_some(), card)?;
     let found = match how.method {
@@ -118,24 +120,6 @@ impl SurfaceFound {
     fn with_lack(self, lack: &Lack) -> Self {
         let standard_uncertainty_mm = self.standard_uncertainty_mm.hypot(lack.mean_mm);
         Self { standard_uncertainty_mm, ..self }
-    }
-
-    /// This and a share of what another window tells; as uncertain as either, and by what they differ (variance of a mixture).
-    fn blended(self, other: Self, share: f64) -> Self {
-        let mix = |a: f64, b: f64| a + share * (b - a);
-        let apart_mm = other.deviation_mm - self.deviation_mm;
-        let variance = mix(self.standard_uncertainty_mm.powi(2), other.standard_uncertainty_mm.powi(2))
-            + share * (1.0 - share) * apart_mm * apart_mm;
-        let most = if share < 0.5 { &self } else { &other };
-        Self {
-            position: self.position + (other.position - self.position) * share,
-            normal: (self.normal + (other.normal - self.normal) * share).normalize(),
-            deviation_mm: mix(self.deviation_mm, other.deviation_mm),
-            standard_uncertainty_mm: variance.sqrt(),
-            window_mm: most.window_mm,
-            rms_mm: most.rms_mm,
-            points_used: most.points_used,
-        }
     }
 }
 
@@ -172,7 +156,7 @@ fn in_plane(
 
 /// The surface in the largest window whose middle does not stand off it; what it stands off in the smallest is uncertain. Where
 /// chance may or may not explain what it stands off, something of the window and the rest of the next smaller one: a window that switched
-/// would make the value jump with single points.
+/// would make the value jump with single points. A smaller window that tells nothing leaves the word to the larger ones.
 fn in_shrinking_windows(
     local: &Local,
     frame: &FeatureFrame,
@@ -185,27 +169,29 @@ fn in_shrinking_windows(
     let mut window = Window::with_points(local, frame, wanted_mm, search_mm);
     // A window that had to grow has no points to spare for a smaller one.
     let grown = window.radius_mm > wanted_mm;
-    // What larger windows tell, and how much of it counts.
-    let mut larger: Vec<(SurfaceFound, f64)> = Vec::new();
-    let smallest = loop {
+    let before = card.clone();
+    let mut told = Windows::default();
+    loop {
         let smaller_mm = SHRINK * window.radius_mm;
         let last = grown || smaller_mm < smallest_mm;
+        *card = before.clone();
         match measure_in(frame, &window, place, card) {
             Ok((found, lack)) => {
                 let of_smaller = if last { 0.0 } else { lack.of_smaller() };
+                told.push(found.with_lack(&lack), card.clone(), of_smaller);
                 if of_smaller == 0.0 {
-                    break found.with_lack(&lack);
-                }
-                if of_smaller < 1.0 {
-                    larger.push((found.with_lack(&lack), of_smaller));
+                    break;
                 }
             }
-            Err(not) if last => return Err(not),
+            Err(not) if last && told.is_empty() => return Err(not),
+            Err(_) if last => break,
             Err(_) => {}
         }
         window = Window::gather(local, frame, smaller_mm, search_mm);
-    };
-    Ok(larger.into_iter().rev().fold(smallest, |smaller, (found, of_smaller)| found.blended(smaller, of_smaller)))
+    }
+    let (found, of_windows) = told.together().ok_or_else(|| NotFound::new("no window tells the surface", 0))?;
+    *card = of_windows;
+    Ok(found)
 }
 
 /// The window's radius: in mm, and in spacings at least.
@@ -219,12 +205,12 @@ const SMALLEST_SPACINGS: f64 = 3.6;
 /// The radius of a plane's window, mm; six spacings at least. A wider one would tell more of the bend than of the place.
 const PLANE_WINDOW_MM: f64 = 1.5;
 
-/// Five millimetres or six spacings, but at most half-way to the next trimmed edge, unless that leaves too few points.
-fn window_radius(local: &Local, seen: &Point3, method: SurfaceMethod) -> f64 {
-    let h = local.scan.spacing_mm;
-    let least_mm = if method == SurfaceMethod::Plane { PLANE_WINDOW_MM } else { WINDOW_MM };
-    let wanted = least_mm.max(WINDOW_SPACINGS * h);
-    wanted.min(0.5 * local.face.edge_distance_mm(seen)).max(SMALLEST_SPACINGS * h)
+/// The radius of a surface point's window, mm: the plan's, else five millimetres or six spacings, but at most half-way to the next trimmed
+/// edge, unless that leaves too few points.
+pub fn window_radius_mm(how: &SurfaceFit, spacing_mm: f64, cad_edge_mm: f64) -> f64 {
+    let least_mm = if how.method == SurfaceMethod::Plane { PLANE_WINDOW_MM } else { WINDOW_MM };
+    let wanted = least_mm.max(WINDOW_SPACINGS * spacing_mm);
+    how.radius_mm.unwrap_or_else(|| wanted.min(0.5 * cad_edge_mm).max(SMALLEST_SPACINGS * spacing_mm))
 }
 
 /// The points around the line, and the CAD under them.
@@ -450,38 +436,37 @@ pub(super) fn middle(points: &[[f64; 3]], layer: &Layer, radius: f64) -> (Middle
     // from that of the residuals' mean, 1 / (share² points).
     let followed = MIDDLE_SHARE * MIDDLE_SHARE * if bend.is_some() { 4.0 } else { 1.0 };
     let chance_mm = u_mean * (1.0 - followed).sqrt();
-    (middle, Lack { mean_mm, sigmas: if chance_mm > 0.0 { mean_mm / chance_mm } else { 0.0 } })
+    // Without scatter nothing is chance, but for what rounding makes.
+    let sigmas = match mean_mm > 1e-9 * radius {
+        true => mean_mm / chance_mm.max(f64::MIN_POSITIVE),
+        false => 0.0,
+    };
+    (middle, Lack { mean_mm, sigmas })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn told(deviation_mm: f64, u_mm: f64, window_mm: f64) -> SurfaceFound {
-        SurfaceFound {
-            position: Point3::new(0.0, 0.0, deviation_mm),
-            normal: Vector3::z(),
-            deviation_mm,
-            standard_uncertainty_mm: u_mm,
-            window_mm,
-            rms_mm: 0.1,
-            points_used: 100,
-        }
-    }
-
-    /// Half of 0.1 and half of 0.2: the variance is the mean of both and half the distance squared, sqrt(0.0005 / 2 + 0.0025).
     #[test]
-    fn two_windows_blend_without_a_step_and_their_difference_is_uncertain() {
-        let half = told(0.1, 0.01, 5.0).blended(told(0.2, 0.02, 3.5), 0.5);
-        assert!((half.deviation_mm - 0.15).abs() < 1e-12 && (half.position.z - 0.15).abs() < 1e-12);
-        assert!((half.standard_uncertainty_mm - 0.002_75_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(told(0.1, 0.01, 5.0).blended(told(0.2, 0.02, 3.5), 0.0), told(0.1, 0.01, 5.0));
-        assert_eq!(told(0.1, 0.01, 5.0).blended(told(0.2, 0.02, 3.5), 1.0).window_mm, 3.5);
+    fn a_smaller_window_gains_smoothly_on_a_larger_one() {
         let share = |sigmas: f64| Lack { mean_mm: 0.0, sigmas }.of_smaller();
         assert_eq!([share(0.0), share(2.5), share(3.5), share(4.5), share(9.0)], [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(share(f64::INFINITY), 1.0);
         for k in 0..500 {
             let sigmas = 0.01 * f64::from(k);
             assert!((0.0..0.0076).contains(&(share(sigmas + 0.01) - share(sigmas))), "{sigmas}");
         }
+    }
+
+    /// What is left of exact points is rounding, and no reason for a smaller window.
+    #[test]
+    fn exact_points_on_a_square_are_followed_to_rounding() {
+        let places = (-20..=20).flat_map(|i| (-20..=20).map(move |k| [0.25 * f64::from(i), 0.25 * f64::from(k)]));
+        let inside = places.filter(|p| p[0].hypot(p[1]) <= 5.0);
+        let points: Vec<[f64; 3]> = inside.map(|[u, v]| [u, v, 1e-3 * (u * u - 2.0 * v * v + u * v)]).collect();
+        let layer = fit_layer(&points, 0.0, NEEDED).unwrap();
+        let (middle, lack) = middle(&points, &layer, 5.0);
+        assert!(lack.sigmas == 0.0 && middle.height_mm.abs() < 1e-9, "{lack:?} {}", middle.height_mm);
     }
 }

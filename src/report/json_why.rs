@@ -15,8 +15,16 @@ pub(super) struct WhyJson {
     cad_edge_mm: Option<f64>,
     covered_ratio: Option<f64>,
     gates: Vec<GateJson>,
+    /// Empty where one window tells the value.
+    blended: Vec<WindowShareJson>,
     /// k = 1.
     standard_uncertainties_mm: Option<BudgetJson>,
+}
+
+#[derive(Serialize)]
+struct WindowShareJson {
+    window_mm: f64,
+    share_ratio: f64,
 }
 
 #[derive(Serialize)]
@@ -51,6 +59,11 @@ pub(super) fn why_json(point: &PointResult) -> WhyJson {
         cad_edge_mm: card.cad_edge_mm.filter(|mm| mm.is_finite()),
         covered_ratio: card.covered,
         gates: card.gates.iter().map(gate_json).collect(),
+        blended: card
+            .blended
+            .iter()
+            .map(|w| WindowShareJson { window_mm: w.window_mm, share_ratio: w.share })
+            .collect(),
         standard_uncertainties_mm: point.measurement.as_ref().map(|m| budget_json(&m.budget)),
     }
 }
@@ -81,7 +94,7 @@ fn budget_json(budget: &Budget) -> BudgetJson {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::Card;
+    use crate::measure::{Card, WindowShare};
     use crate::report::example;
 
     #[test]
@@ -91,9 +104,11 @@ mod tests {
         let mut card = Card { window_mm: Some(5.0), cad_edge_mm: Some(f64::INFINITY), ..Card::default() };
         card.at_least("points in the window", "", 431.0, 12.0);
         card.at_most("height", "mm", f64::NAN, 2.0);
+        card.blended = vec![WindowShare { window_mm: 5.0, share: 0.75 }, WindowShare { window_mm: 3.5, share: 0.25 }];
         point.card = card;
         let why = serde_json::to_value(why_json(&point)).unwrap();
         assert_eq!(why["window_mm"], 5.0);
+        assert_eq!((&why["blended"][1]["window_mm"], &why["blended"][1]["share_ratio"]), (&3.5.into(), &0.25.into()));
         assert!(why["cad_edge_mm"].is_null() && why["normal"].is_null());
         assert_eq!((&why["gates"][0]["value"], &why["gates"][0]["passed"]), (&431.0.into(), &true.into()));
         assert_eq!((&why["gates"][1]["value"], &why["gates"][1]["passed"]), (&serde_json::Value::Null, &false.into()));

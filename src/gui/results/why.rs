@@ -10,7 +10,7 @@ use crate::gui::theme::{Theme, size};
 use crate::gui::widgets::sign::{self, Sign};
 use crate::gui::widgets::{cards, words as write};
 use crate::inspect::{Budget, PointResult, Verdict};
-use crate::measure::{Gate, Rule};
+use crate::measure::{Gate, Rule, WindowShare};
 use crate::report::words::capital;
 use egui::{Align, Align2, Grid, Label, Layout, Rect, RichText, ScrollArea, Ui, vec2};
 
@@ -171,6 +171,11 @@ fn facts_ui(ui: &mut Ui, point: &PointResult, words: &Words, theme: &Theme) {
         ("results.fact_cad_edge", card.cad_edge_mm.filter(|v| v.is_finite()).map(mm)),
         ("results.fact_covered", card.covered.map(|v| format!("{} %", words.number(100.0 * v, 0)))),
     ];
+    if !card.blended.is_empty() {
+        let share = |w: &WindowShare| format!("{} ({} %)", mm(w.window_mm), words.number(100.0 * w.share, 0));
+        let all: Vec<String> = card.blended.iter().map(share).collect();
+        facts.push(words.fill("results.fact_blended", &[("v", &all.join(", "))]));
+    }
     facts.extend(known.into_iter().filter_map(|(key, value)| Some(words.fill(key, &[("v", &value?)]))));
     if let Some(hole) = point.measurement.as_ref().and_then(|m| m.hole.as_ref()) {
         let diameter = [("v", &*mm(hole.diameter_mm)), ("d", &*words.signed_mm(hole.diameter_deviation_mm))];
