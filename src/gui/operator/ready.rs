@@ -3,29 +3,56 @@
 
 use super::worst::{Row, RowSign, rows_ui};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::gui::fonts;
 use crate::gui::scope::Scope;
-use crate::gui::widgets::cards;
+use crate::gui::theme::size;
+use crate::gui::widgets::{cards, sign, words};
 use crate::report::words::capital;
-use egui::{Rect, Ui};
+use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 
 /// Draws the card.
 pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
     cards::card(ui, place, scope.theme);
-    let problems: Vec<Row> = scope
-        .facts
-        .problems
-        .iter()
-        .map(|problem| Row {
-            sign: RowSign::Problem(problem.severity == Severity::Error),
-            sentence: capital(&problem.message),
-            note: note(problem),
-        })
-        .collect();
-    if problems.is_empty() {
+    if scope.facts.problems.is_empty() {
         rows_ui(ui, place, scope.words.text("operator.before"), rows, &checks(scope), scope.theme);
     } else {
-        let title = scope.words.count("operator.problems", problems.len());
-        rows_ui(ui, place, &title, rows, &problems, scope.theme);
+        problems_ui(ui, place, scope);
+    }
+}
+
+/// As many problems as fit, errors first, none of them cut; the last line tells how many are left.
+fn problems_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
+    let (words, theme) = (scope.words, scope.theme);
+    let inner = place.shrink2(vec2(20.0, 8.0));
+    let head = inner.with_max_y(inner.top() + if place.height() > 150.0 { 34.0 } else { 22.0 });
+    let mut problems: Vec<&Diagnostic> = scope.facts.problems.iter().collect();
+    problems.sort_by_key(|problem| problem.severity != Severity::Error);
+    let title = words.count("operator.problems", problems.len());
+    words::line(ui, head, Align2::LEFT_CENTER, &title, fonts::semibold(size::BAR), theme.text);
+    let last_line = 24.0;
+    let mut top = head.bottom();
+    for (k, problem) in problems.iter().enumerate() {
+        let left = inner.left() + 40.0;
+        let wrapped = |text: String, font, colour| ui.painter().layout(text, font, colour, inner.right() - left);
+        let sentence = wrapped(capital(&problem.message), fonts::semibold(size::BODY), theme.text);
+        let note = wrapped(note(problem), fonts::regular(size::TABLE), theme.quiet);
+        let height = sentence.size().y + note.size().y + 12.0;
+        // Room for the line that tells of the rest, unless this is the last one.
+        let needed = height + if k + 1 < problems.len() { last_line } else { 0.0 };
+        if top + needed > inner.bottom() {
+            let rest = words.count("operator.more_problems", problems.len() - k);
+            let line = inner.with_min_y(top).with_max_y(inner.bottom().min(top + last_line));
+            words::line(ui, line, Align2::LEFT_CENTER, &rest, fonts::semibold(size::BODY), theme.text);
+            break;
+        }
+        ui.painter().hline(inner.x_range(), top, Stroke::new(1.0, theme.stroke));
+        let mark = Rect::from_center_size(pos2(inner.left() + 16.0, top + 18.0), Vec2::splat(20.0));
+        sign::problem(ui.painter(), mark, problem.severity == Severity::Error, theme);
+        let at = pos2(left, top + 6.0);
+        let below = pos2(left, at.y + sentence.size().y);
+        ui.painter().galley(at, sentence, theme.text);
+        ui.painter().galley(below, note, theme.quiet);
+        top += height;
     }
 }
 

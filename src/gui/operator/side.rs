@@ -96,13 +96,15 @@ pub(super) fn waiting_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
 pub(super) fn watch_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     let w = scope.words;
     let on = scope.settings.watch;
+    let can = on || scope.facts.plan.is_some();
     let note = match (scope.facts.running(), on) {
+        _ if !can => "operator.watch_needs_plan",
         (Some(running), _) if running.watch != on => "operator.from_next_run",
         (_, true) => "operator.watch_on",
         (_, false) => "operator.watch_off",
     };
-    let note = if place.width() < 280.0 && !on { "" } else { w.text(note) };
-    if buttons::switch(ui, place, on, [w.text("operator.watch"), note], scope.theme).clicked() {
+    let note = if place.width() < 280.0 && !on && can { "" } else { w.text(note) };
+    if buttons::switch(ui, place, on, can, [w.text("operator.watch"), note], scope.theme).clicked() {
         scope.ask(Action::Watch(!on));
     }
 }

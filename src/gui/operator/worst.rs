@@ -63,8 +63,6 @@ pub(super) enum RowSign {
     Verdict(Sign),
     /// A check that is no verdict.
     Check,
-    /// A problem: an error or a warning.
-    Problem(bool),
     /// Not known yet.
     Open,
 }
@@ -92,7 +90,6 @@ pub(super) fn rows_ui(ui: &mut Ui, place: Rect, title: &str, rows: usize, lines:
         match row.sign {
             RowSign::Verdict(verdict) => verdict.paint(ui.painter(), sign, theme),
             RowSign::Check => crate::gui::widgets::sign::check(ui.painter(), sign.center(), 0.6 * side, theme.text),
-            RowSign::Problem(error) => crate::gui::widgets::sign::problem(ui.painter(), sign.shrink(2.0), error, theme),
             RowSign::Open => Sign::None.paint(ui.painter(), sign.shrink(4.0), theme),
         }
         let text = place.with_min_x(inner.left() + 56.0);

@@ -112,11 +112,11 @@ pub fn with_words(
 }
 
 /// A switch with its words beside it, the whole place being the target.
-pub fn switch(ui: &mut Ui, place: Rect, on: bool, words: [&str; 2], theme: &Theme) -> Response {
+pub fn switch(ui: &mut Ui, place: Rect, on: bool, can: bool, words: [&str; 2], theme: &Theme) -> Response {
     let [title, note] = words;
-    let response = ui.interact(place, ui.scope_id().with("switch"), Sense::click());
-    response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, title));
-    let look = look(theme, Weight::Plain, &response, true);
+    let response = ui.interact(place, ui.scope_id().with("switch"), if can { Sense::click() } else { Sense::hover() });
+    response.widget_info(|| WidgetInfo::selected(Role::CheckBox, can, on, title));
+    let look = look(theme, Weight::Plain, &response, can);
     ui.painter().rect(place, CornerRadius::same(8), look.fill, look.frame, StrokeKind::Inside);
     let track = Rect::from_min_size(pos2(place.left() + 20.0, place.center().y - 17.0), Vec2::new(62.0, 34.0));
     let (fill, knob_x) = if on { (theme.accent, track.right() - 17.0) } else { (theme.raised, track.left() + 17.0) };
