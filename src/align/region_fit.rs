@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 /// Points of a region that are looked at.
 pub const REGION_POINTS: usize = 3000;
 /// Fewer do not tell where a region is.
-const LEAST_POINTS: usize = 30;
+pub const REGION_LEAST_POINTS: usize = 30;
 /// The least scatter that is believed, mm.
 const LEAST_SCALE_MM: f64 = 0.02;
 /// Rounds after which the regions keep their points: those at their rims would come and go for ever.
@@ -79,12 +79,12 @@ pub(super) fn align_on_regions(
         if round < CHOOSING_ROUNDS {
             found = find(input, face, fit, &rounds.pose());
         }
-        let missing: Vec<&Found> = found.iter().filter(|one| one.points.len() < LEAST_POINTS).collect();
+        let missing: Vec<&Found> = found.iter().filter(|one| one.points.len() < REGION_LEAST_POINTS).collect();
         if !missing.is_empty() {
             let words = |one: &&Found| {
                 let (name, count) = (&one.region.name, one.points.len());
                 format!(
-                    "datum {name} not measured: {count} points on the part within it, at least {LEAST_POINTS} are needed"
+                    "datum {name} not measured: {count} points on the part within it, at least {REGION_LEAST_POINTS} are needed"
                 )
             };
             let reasons: Vec<String> = missing.iter().map(words).collect();

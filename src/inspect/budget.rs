@@ -4,7 +4,7 @@ use crate::align::{DatumShares, PoseUncertainty};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::measure::Reading;
 use crate::part::{Face, Part};
-use crate::plan::{ComparisonPoint, Geometry, Plan, SurfaceFit, UncertaintySettings};
+use crate::plan::{ComparisonPoint, Feature, Geometry, SurfaceFit, UncertaintySettings};
 use nalgebra::Matrix3;
 
 /// Standard uncertainties (k = 1) of a value by where they come from, mm.
@@ -71,12 +71,12 @@ pub(super) enum Along {
 /// What is known beside the value.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'a> {
-    /// The plan.
-    pub plan: &'a Plan,
-    /// The CAD.
-    pub part: &'a Part,
-    /// Its face that was seen.
-    pub face: &'a Face,
+    /// The plan's features, of which the pose knows what their errors do.
+    pub features: &'a [Feature],
+    /// What the scan cannot show.
+    pub settings: &'a UncertaintySettings,
+    /// The CAD and its face that was seen; without it no displacement of the sheet is taken for one along a surface point's line.
+    pub seen: Option<(&'a Part, &'a Face)>,
     /// How well the pose is known.
     pub pose: &'a PoseUncertainty,
 }
@@ -94,8 +94,8 @@ impl Known<'_> {
     /// is not much longer than the errors themselves. Then its direction is theirs, and the worst one in the sheet counts.
     pub fn of_value(&self, point: &ComparisonPoint, own: &Own) -> Budget {
         let nominal = &point.geometry;
-        let reading = Reading::of(self.part, self.face, nominal);
-        let datum = self.plan.features.iter().position(|feature| is_measured_as(point, &feature.geometry));
+        let reading = self.seen.map_or_else(Reading::free, |(part, face)| Reading::of(part, face, nominal));
+        let datum = self.features.iter().position(|feature| is_measured_as(point, &feature.geometry));
         let at = |along: &Vector3| self.along(&At { place: nominal.position(), along, reading: &reading, datum }, own);
         match &own.along {
             Along::Direction(along) => at(along),
@@ -104,7 +104,7 @@ impl Known<'_> {
     }
 
     fn along(&self, at: &At, own: &Own) -> Budget {
-        let UncertaintySettings { scale_ppm, thickness_mm, system_mm, edge_offset_u_mm, .. } = self.plan.uncertainty;
+        let UncertaintySettings { scale_ppm, thickness_mm, system_mm, edge_offset_u_mm, .. } = *self.settings;
         let At { place, along, reading, datum } = at;
         let told = |displacement: &Vector3| reading.of_displacement(displacement).dot(along).abs();
         let own_edge_mm = if own.is_edge { edge_offset_u_mm } else { 0.0 };

@@ -105,7 +105,9 @@ fn measure_point(
         Ok(value) => value,
         Err(not) => return (PointResult { card, ..not_measured(point, not.reason, not.points) }, None),
     };
-    let budget = Known { plan, part: local.part, face: local.face, pose }.of_value(point, &value.own);
+    let known =
+        Known { features: &plan.features, settings: &plan.uncertainty, seen: Some((local.part, local.face)), pose };
+    let budget = known.of_value(point, &value.own);
     let uncertainty_mm = 2.0 * budget.standard_mm();
     let lower_mm = point.judged_lower_mm();
     let (verdict, reason) = decide(plan.part.decision, value.deviation_mm, uncertainty_mm, lower_mm, point.upper_mm);

@@ -1,19 +1,20 @@
 //! The error of the pose to expect from a plan's datums, before anything is measured: expected errors of the datum features,
 //! pushed through the alignment itself.
 
+use super::budget::{Along, Budget, Known, Own, Scatter};
 use crate::align::{
     BEST_FIT_POINTS, Common, DatumErrors, Datums, PoseUncertainty, REGION_POINTS, expected_best_fit,
     expected_pose_uncertainty, expected_region_fit,
 };
-use crate::diagnostic::Diagnostic;
-use crate::geometry::{UnitVector3, Vector3, decompose};
-use crate::measure::Reading;
+use crate::geometry::{Point3, UnitVector3, Vector3, decompose};
+use crate::measure::surface::window_radius_mm;
 use crate::part::Part;
 use crate::plan::expected::{Expected, OpeningStd};
 use crate::plan::{
-    AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, Side, SlotReading, UncertaintySettings,
+    AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, Side, SurfaceFit, SurfaceMethod,
+    UncertaintySettings,
 };
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Matrix3};
 
 /// What of a plan the expected error of its pose depends on.
 #[derive(Debug, Clone, Copy)]
@@ -72,133 +73,111 @@ impl<'a> Outlook<'a> {
         Some(self.expected()?.iter().map(|expected| expected.u_mm).collect())
     }
 
-    /// The same with its parts: the datums through the pose (a best fit to a CAD that is not known owes next to nothing), the point's
-    /// own fit, the measuring system and the edges' offset, and, of a CAD that is known, thickness and scale. What it leaves out
-    /// (shadows, points seen at a slant) only adds to it.
+    /// The same with its parts, seen from the side where it is more: the datums through the pose (a best fit to a CAD that is not known
+    /// owes next to nothing), the point's own fit, the measuring system and the edges' offset, and, of a CAD that is known,
+    /// thickness and scale. A point that is itself a datum has its datum's error in common with the part. The sheet
+    /// leans as it does where the part rests on the belt. What it leaves out (shadows, lost points, form deviations) only adds to it.
     pub fn expected(&self) -> Option<Vec<ExpectedU>> {
-        let pose_mm = match (self.method, self.part) {
-            (AlignmentMethod::BestFit | AlignmentMethod::Regions(_), None) => vec![0.0; self.comparison.len()],
-            _ => self.pose_errors_mm()?,
+        let sides: &[Side] = if self.part.is_some() { &[Side::Top, Side::Bottom] } else { &[Side::Top] };
+        let views: Vec<View> = sides.iter().filter_map(|side| View::of(*self, *side)).collect();
+        let of_point = |point: &ComparisonPoint| {
+            let budgets = views.iter().map(|view| view.budget(point));
+            budgets.max_by(|a, b| a.standard_mm().total_cmp(&b.standard_mm())).map(|budget| told(&budget))
         };
-        let common_mm = self.common_mm();
-        let expected = Expected::of(self.rig);
-        let UncertaintySettings { system_mm, edge_offset_u_mm, .. } = self.uncertainty;
-        let one = |((point, pose_mm), common_mm): ((&ComparisonPoint, f64), f64)| {
-            let own_mm = match &point.geometry {
-                Geometry::Surface { .. } => expected.surface_mm(),
-                Geometry::Edge { .. } => expected.edge_mm().hypot(edge_offset_u_mm),
-                Geometry::Hole { diameter_mm, .. } => expected.opening(*diameter_mm, *diameter_mm).across_mm,
-                Geometry::Slot { length_mm, width_mm, .. } => expected.opening(*length_mm, *width_mm).along_mm,
-            };
-            let point_mm = 2.0 * own_mm.hypot(system_mm);
-            let (pose_mm, common_mm) = (2.0 * pose_mm, 2.0 * common_mm);
-            ExpectedU { u_mm: point_mm.hypot(pose_mm).hypot(common_mm), point_mm, pose_mm, common_mm }
-        };
-        Some(self.comparison.iter().zip(pose_mm).zip(common_mm).map(one).collect())
+        if views.is_empty() {
+            return None;
+        }
+        Some(self.comparison.iter().filter_map(of_point).collect())
     }
 
-    /// What thickness and scale do to each comparison point, mm (k = 1), seen from the side where that is more. Nothing where the CAD is
-    /// not known.
-    fn common_mm(&self) -> Vec<f64> {
-        let nothing = vec![0.0; self.comparison.len()];
-        let Some(part) = self.part else { return nothing };
-        [Side::Top, Side::Bottom].into_iter().fold(nothing, |most, side| {
-            let Some(pose) = pose(self, self.method, side) else { return most };
-            let seen = Seen { part, side, pose: &pose, settings: &self.uncertainty };
-            most.iter().zip(self.comparison).map(|(most, point)| most.max(seen.common_mm(&point.geometry))).collect()
-        })
+    /// How well points will tell the sheet at a place when that side is seen: it leans there as it does where the part rests most
+    /// stably with that side up; of a CAD that is not known it faces the camera.
+    pub(super) fn expected_at(&self, geometry: &Geometry, side: Side) -> Expected {
+        let poses = self.part.map_or(&[][..], |part| &part.resting_poses);
+        // The most stable comes first.
+        let up = poses.iter().find(|resting| resting.side == side).map(|resting| resting.up_cad);
+        Expected::of(self.rig).leaning(up.map_or(1.0, |up| geometry.sheet_normal().dot(&up)))
+    }
+
+    /// The window of a surface point to expect, mm.
+    pub(super) fn window_mm(&self, point: &Point3, how: &SurfaceFit, spacing_mm: f64, side: Side) -> f64 {
+        let cad_edge_mm = self.part.map_or(f64::INFINITY, |part| part.face(side).edge_distance_mm(point));
+        window_radius_mm(how, spacing_mm, cad_edge_mm)
+    }
+}
+
+/// As it is told: expanded, the shares put together.
+fn told(budget: &Budget) -> ExpectedU {
+    let Budget { fit_mm, pose_mm, thickness_mm, scale_mm, edge_offset_mm, system_mm } = *budget;
+    ExpectedU {
+        u_mm: 2.0 * budget.standard_mm(),
+        point_mm: 2.0 * fit_mm.hypot(system_mm).hypot(edge_offset_mm),
+        pose_mm: 2.0 * pose_mm,
+        common_mm: 2.0 * thickness_mm.hypot(scale_mm),
     }
 }
 
 /// A part of which one side is seen, in a pose of which something is known.
-struct Seen<'a> {
-    part: &'a Part,
+struct View<'a> {
+    outlook: Outlook<'a>,
     side: Side,
-    pose: &'a PoseUncertainty,
-    settings: &'a UncertaintySettings,
+    pose: PoseUncertainty,
+    settings: UncertaintySettings,
 }
 
-impl Seen<'_> {
-    /// What thickness and scale do to a point along its direction, mm (k = 1); of a hole that has none by how much its centre is off
-    /// in the sheet.
-    fn common_mm(&self, geometry: &Geometry) -> f64 {
-        let place = geometry.position();
-        let reading = Reading::of(self.part, self.part.face(self.side), geometry);
-        let UncertaintySettings { thickness_mm, scale_ppm, .. } = *self.settings;
-        let told = |by: Vector3| {
-            let by = reading.of_displacement(&by);
-            match geometry {
-                Geometry::Surface { direction, .. }
-                | Geometry::Edge { direction, .. }
-                | Geometry::Slot { direction, .. }
-                | Geometry::Hole { direction: Some(direction), .. } => by.dot(direction),
-                Geometry::Hole { axis, direction: None, .. } => (by - axis.into_inner() * by.dot(axis)).norm(),
-            }
+impl<'a> View<'a> {
+    /// `None` where the datums do not hold the part.
+    fn of(outlook: Outlook<'a>, side: Side) -> Option<Self> {
+        let by_surface = matches!(outlook.method, AlignmentMethod::BestFit | AlignmentMethod::Regions(_));
+        let pose = match outlook.part {
+            None if by_surface => PoseUncertainty::none(Point3::origin()),
+            _ => pose(&outlook, outlook.method, side)?,
         };
-        let thickness = told(reading.of_thickness(thickness_mm) + self.pose.by_thickness(&place));
-        thickness.hypot(told(self.pose.by_scale(&place, scale_ppm)))
+        // What thickness and scale do is told by the CAD.
+        let settings = match outlook.part {
+            None => UncertaintySettings { thickness_mm: 0.0, scale_ppm: 0.0, ..outlook.uncertainty },
+            Some(_) => outlook.uncertainty,
+        };
+        Some(Self { outlook, side, pose, settings })
+    }
+
+    fn budget(&self, point: &ComparisonPoint) -> Budget {
+        let Outlook { features, part, .. } = self.outlook;
+        let seen = part.map(|part| (part, part.face(self.side)));
+        let known = Known { features, settings: &self.settings, seen, pose: &self.pose };
+        known.of_value(point, &self.own(point))
+    }
+
+    /// What the points around it leave open.
+    fn own(&self, point: &ComparisonPoint) -> Own {
+        let expected = self.outlook.expected_at(&point.geometry, self.side);
+        match &point.geometry {
+            Geometry::Surface { position, direction } => {
+                let how = &point.surface_fit;
+                let window_mm = self.outlook.window_mm(position, how, expected.spacing_mm, self.side);
+                Own::along(expected.surface_mm(how.method, window_mm), direction, false)
+            }
+            Geometry::Edge { direction, .. } => Own::along(expected.edge_mm(), direction, true),
+            Geometry::Hole { diameter_mm, direction, .. } => {
+                let across_mm = expected.opening(*diameter_mm, *diameter_mm).across_mm;
+                match direction {
+                    Some(direction) => Own::along(across_mm, direction, false),
+                    None => Own {
+                        scatter: Scatter::Centre(Matrix3::identity() * (across_mm * across_mm)),
+                        along: Along::Distance(Vector3::zeros()),
+                        is_edge: false,
+                    },
+                }
+            }
+            Geometry::Slot { direction, length_mm, width_mm, .. } => {
+                Own::along(expected.opening(*length_mm, *width_mm).along_mm, direction, false)
+            }
+        }
     }
 }
 
-/// Warns of every comparison point whose tolerance the measuring system cannot judge: with U as large as half of the tolerance's
-/// width (of a distance that may be 0: as its upper limit), or larger, not even the best deviation could pass.
-pub fn tolerance_warnings(outlook: &Outlook) -> Vec<Diagnostic> {
-    let source = if outlook.rig.is_some() { "by [rig]" } else { "without [rig]" };
-    let warning = |(point, u_mm): (&ComparisonPoint, f64)| {
-        let (lower_mm, upper_mm) = (point.lower_mm, point.upper_mm);
-        // A distance of 0 passes when U is within its only limit.
-        let most_mm = if point.judged_lower_mm().is_finite() { 0.5 * (upper_mm - lower_mm) } else { upper_mm };
-        // The plan's own check tells limits that nobody can measure.
-        if upper_mm - lower_mm < crate::plan::NARROWEST_MM || u_mm < most_mm {
-            return None;
-        }
-        let message = format!(
-            "[[comparison]] \"{}\": U (k = 2) is expected to be about {} {source}, too much for the tolerance from {lower_mm} \
-             to {upper_mm} mm: no deviation could pass",
-            point.name,
-            mm(u_mm),
-        );
-        let help = "widen the tolerance, measure with a finer rig, or hold the part by datums nearer to this point";
-        Some(Diagnostic::warning(message).in_file(&point.file).at_line(point.line).with_help(help))
-    };
-    outlook.comparison.iter().zip(outlook.expected_u_mm().unwrap_or_default()).filter_map(warning).collect()
-}
-
-/// Warns of a plan that reads the slot's axis, with the expected error at the comparison point where it is largest. `None` for
-/// the other readings, and for datums that do not hold the part (which has its own message). The warning has no place yet.
-pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
-    let AlignmentMethod::Features { hole, slot, slot_reading: SlotReading::Axis, point } = *outlook.method else {
-        return None;
-    };
-    let feature = outlook.features.get(slot)?;
-    let Geometry::Slot { length_mm, width_mm, .. } = feature.geometry else { return None };
-    let by_line = AlignmentMethod::Features { hole, slot, slot_reading: SlotReading::CentreLine, point };
-    let errors = outlook.pose_errors_mm()?;
-    let (worst, error) = outlook.comparison.iter().zip(&errors).max_by(|a, b| a.1.total_cmp(b.1))?;
-    let line = pose(outlook, &by_line, Side::Top);
-    let expected = Expected::of(outlook.rig);
-    let OpeningStd { turn_rad, tilt_rad, .. } = expected.opening(length_mm, width_mm);
-    let source = if outlook.rig.is_some() { "from [rig]" } else { "without [rig]" };
-    let other = line.map_or(String::new(), |line| {
-        format!("; \"centre_line\" would be about {}", mm(error_mm(&line, &worst.geometry)))
-    });
-    let message = format!(
-        "[alignment] slot_reading: the axis of slot \"{}\" ({length_mm} x {width_mm} mm) is only known to about {:.2} mrad in the \
-         sheet and {:.2} mrad out of it at {:.3} mm between points ({source}); expected error (standard deviation) about {} at \
-         point \"{}\"{other}",
-        feature.name,
-        1e3 * turn_rad,
-        1e3 * tilt_rad,
-        expected.spacing_mm,
-        mm(*error),
-        worst.name,
-    );
-    let help = "write slot_reading = \"centre_line\", unless the drawing asks for the slot's axis";
-    Some(Diagnostic::warning(message).with_help(help))
-}
-
 /// The uncertainty of the pose to expect, that side of the part seen; `None` where the datums do not hold the part.
-fn pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Option<PoseUncertainty> {
+pub(super) fn pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Option<PoseUncertainty> {
     let common = outlook.part.map(|part| Common { part, face: part.face(side), settings: &outlook.uncertainty });
     if let AlignmentMethod::BestFit | AlignmentMethod::Regions(_) = method {
         let mut known = fitted_pose(outlook, method, side)?;
@@ -209,8 +188,11 @@ fn pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Option<PoseU
     let first = outlook.features.first()?.geometry.position();
     let length_mm = positions.map(|p| (p - first).norm()).fold(1.0, f64::max);
     let datums = Datums { method, features: outlook.features, length_mm };
-    let expected = Expected::of(outlook.rig);
-    let of_datum = |geometry: &Geometry| errors(&expected, geometry).with_settings(geometry, &outlook.uncertainty);
+    let of_datum = |geometry: &Geometry| {
+        let expected = outlook.expected_at(geometry, side);
+        let window_mm = outlook.window_mm(&geometry.position(), &SurfaceFit::default(), expected.spacing_mm, side);
+        errors(&expected, geometry, window_mm).with_settings(geometry, &outlook.uncertainty)
+    };
     expected_pose_uncertainty(datums, of_datum, common).ok()
 }
 
@@ -226,8 +208,8 @@ fn fitted_pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Optio
     expected_region_fit(part, side, fit, whole.as_ref(), variance_mm4)
 }
 
-/// What to expect of one datum feature.
-fn errors(expected: &Expected, geometry: &Geometry) -> DatumErrors {
+/// What to expect of one datum feature; a surface point is told within `window_mm`.
+fn errors(expected: &Expected, geometry: &Geometry, window_mm: f64) -> DatumErrors {
     let opening = |axis: &UnitVector3, long: Vector3, std: OpeningStd| {
         let across = axis.cross(&long);
         vec![long * std.along_mm, across * std.across_mm, axis.into_inner() * std.height_mm]
@@ -242,9 +224,10 @@ fn errors(expected: &Expected, geometry: &Geometry) -> DatumErrors {
             let turns = vec![axis.into_inner() * std.turn_rad, axis.cross(direction) * std.tilt_rad];
             DatumErrors { shifts: opening(axis, direction.into_inner(), std), turns, ..DatumErrors::default() }
         }
-        Geometry::Surface { direction, .. } => {
-            DatumErrors { shifts: vec![direction.into_inner() * expected.surface_mm()], ..DatumErrors::default() }
-        }
+        Geometry::Surface { direction, .. } => DatumErrors {
+            shifts: vec![direction.into_inner() * expected.surface_mm(SurfaceMethod::Local, window_mm)],
+            ..DatumErrors::default()
+        },
         Geometry::Edge { direction, .. } => {
             DatumErrors { shifts: vec![direction.into_inner() * expected.edge_mm()], ..DatumErrors::default() }
         }
@@ -253,7 +236,7 @@ fn errors(expected: &Expected, geometry: &Geometry) -> DatumErrors {
 
 /// What the pose's error does to a comparison point, mm (k = 1): along its direction; of a hole that has none along the worst
 /// direction in the sheet.
-fn error_mm(pose: &PoseUncertainty, geometry: &Geometry) -> f64 {
+pub(super) fn error_mm(pose: &PoseUncertainty, geometry: &Geometry) -> f64 {
     let at = |direction: &Vector3| pose.at(&geometry.position(), direction);
     match geometry {
         Geometry::Surface { direction, .. } | Geometry::Edge { direction, .. } | Geometry::Slot { direction, .. } => {
@@ -275,55 +258,4 @@ fn error_mm(pose: &PoseUncertainty, geometry: &Geometry) -> f64 {
 /// Some unit vector across another.
 fn across(axis: &UnitVector3) -> Vector3 {
     axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize()
-}
-
-/// A length with two telling digits.
-fn mm(length_mm: f64) -> String {
-    let digits = if length_mm >= 0.1 { 2 } else { 3 };
-    format!("{length_mm:.digits$} mm")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::simulate::{BracketParameters, bracket};
-
-    fn demo(reading: SlotReading) -> Plan {
-        let mut plan = bracket(&BracketParameters { spacing_mm: 8.0, ..BracketParameters::default() }).plan();
-        let AlignmentMethod::Features { slot_reading, .. } = &mut plan.alignment else {
-            panic!("the bracket has datums")
-        };
-        *slot_reading = reading;
-        plan
-    }
-
-    /// No datum and nothing else can make U smaller than the point's own fit; a plan's contributions add in squares.
-    #[test]
-    fn a_tolerance_below_the_expected_u_is_told_with_both_figures() {
-        let mut plan = demo(SlotReading::CentreLine);
-        assert_eq!(tolerance_warnings(&Outlook::of(&plan)), []);
-        let u = Outlook::of(&plan).expected_u_mm().unwrap();
-        let own = 2.0 * Expected::of(None).surface_mm();
-        assert!(u[0] > own && u.iter().all(|u| *u < 0.3), "{u:?}");
-        (plan.comparison[0].lower_mm, plan.comparison[0].upper_mm) = (-0.9 * u[0], 0.9 * u[0]);
-        (plan.comparison[1].lower_mm, plan.comparison[1].upper_mm) = (-1.1 * u[1], 1.1 * u[1]);
-        let told = tolerance_warnings(&Outlook::of(&plan));
-        let (name, figure) = (&plan.comparison[0].name, mm(u[0]));
-        assert!(told.len() == 1 && told[0].message.contains(name) && told[0].message.contains(&figure), "{told:?}");
-        plan.uncertainty.system_mm = 10.0;
-        // At the point itself, and at the datums, which lever it.
-        let with_system = Outlook::of(&plan).expected().unwrap()[0];
-        assert!((with_system.point_mm - own.hypot(20.0)).abs() < 1e-9 && with_system.pose_mm > 10.0);
-        assert_eq!(tolerance_warnings(&Outlook::of(&plan)).len(), plan.comparison.len());
-        plan.alignment = AlignmentMethod::BestFit;
-        plan.uncertainty.system_mm = 0.0;
-        assert_eq!(Outlook::of(&plan).expected_u_mm().unwrap()[0], own);
-    }
-
-    #[test]
-    fn only_the_axis_reading_is_warned_of() {
-        assert_eq!(axis_reading_warning(&Outlook::of(&demo(SlotReading::CentreLine))), None);
-        let told = axis_reading_warning(&Outlook::of(&demo(SlotReading::Axis))).unwrap().to_string();
-        assert!(told.contains("at point \"P0"), "{told}");
-    }
 }

@@ -10,7 +10,7 @@ use crate::geometry::PointCloud;
 use crate::io::unit_guard;
 use crate::measure::Local;
 use crate::part::Part;
-use crate::plan::{Plan, Side};
+use crate::plan::{Plan, Rig, Side};
 use crate::run::{Cancelled, RunContext, Stage};
 use crate::scan::{self, ConditionedScan, PointClass, PointGrid, ScanHints};
 
@@ -112,6 +112,7 @@ fn measure_conditioned(
     let map = deviation_map(scan, part, best_fit.face, &alignment.cad_from_scan, plan.output.map_range_mm, run)?;
     let verdict = of_part(&compared.points, alignment.degraded.is_some());
     let mut warnings = warnings(scan, &best_fit, &alignment);
+    warnings.extend(coarser_than_the_rig(plan.rig.as_ref(), scan.spacing_mm));
     warnings.extend(others);
     warnings.extend(compared.warnings);
     warnings.extend(map.far_crowd.map(|crowd| {
@@ -151,6 +152,20 @@ fn check_units(scan: &ConditionedScan, part: &Part) -> Result<(), Refusal> {
 fn check_raw_units(cloud: &PointCloud, part: &Part) -> Result<(), Refusal> {
     let suspicion = unit_guard::check_raw_scale(&cloud.positions, part.diagonal_mm());
     suspicion.map_or(Ok(()), |s| Err(Refusal::new(s.words, s.help)))
+}
+
+/// Points this many times as far apart as the rig's are not its own: loss of every second point makes 1.4 of it.
+const COARSER: f64 = 1.5;
+
+/// Warns of a scan to which nothing applies that was expected of the plan's rig.
+fn coarser_than_the_rig(rig: Option<&Rig>, spacing_mm: f64) -> Option<String> {
+    let told_mm = rig?.spacing_mm();
+    (spacing_mm > COARSER * told_mm).then(|| {
+        format!(
+            "the points lie {spacing_mm:.3} mm apart, [rig] tells {told_mm:.3} mm: uncertainties foretold by check and study are too \
+             small for such scans; correct [rig], or give it point_spacing_mm"
+        )
+    })
 }
 
 fn warnings(scan: &ConditionedScan, best_fit: &BestFit, alignment: &FeatureAlignment) -> Vec<String> {

@@ -43,6 +43,11 @@ impl Reading {
         Self { normal, face_offset: part.cad_side.face_offset_mm(face.side, 1.0), line }
     }
 
+    /// Of a place of which no CAD is known: it goes wherever the sheet goes.
+    pub fn free() -> Self {
+        Self { normal: Vector3::z_axis(), face_offset: 0.0, line: None }
+    }
+
     /// How far a sheet that is thicker than the plan says displaces the sheet that was seen, its thickness taken out as the
     /// plan has it: along its normal. Of a solid, both of whose faces are in the CAD, nothing.
     pub fn of_thickness(&self, thicker_mm: f64) -> Vector3 {

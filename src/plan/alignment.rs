@@ -18,6 +18,8 @@ const SHORT_LINE_MM: f64 = 20.0;
 const NO_LEVER_MM: f64 = 1.0;
 /// Below this it holds it poorly.
 const SHORT_LEVER_MM: f64 = 10.0;
+/// Locks of one feature that differ by less are the same, rad.
+const SAME_LOCK_RAD: f64 = 0.02;
 /// A lock may be turned this far out of what its feature can measure: warning, and error, rad.
 const LOCK_SLANT: (f64, f64) = (15.0 * std::f64::consts::PI / 180.0, 60.0 * std::f64::consts::PI / 180.0);
 
@@ -213,8 +215,23 @@ fn by_rps(table: &TableReader<'_>, features: &[ReadFeature]) -> Option<Alignment
     for lock in &locks {
         held.push((features[lock.feature].feature.as_ref()?, lock.lock));
     }
+    warn_of_locks_given_twice(table, line, &held);
     check_hold(table, line, &held)?;
     Some(AlignmentMethod::Rps(locks))
+}
+
+/// A feature that is locked twice along one line counts twice, which nobody means.
+fn warn_of_locks_given_twice(table: &TableReader<'_>, line: usize, locks: &[(&Feature, UnitVector3)]) {
+    for (k, (feature, lock)) in locks.iter().enumerate() {
+        let twice = |(other, known): &(&Feature, UnitVector3)| {
+            std::ptr::eq(*other, *feature) && known.cross(lock).norm() < SAME_LOCK_RAD
+        };
+        if locks[..k].iter().any(twice) {
+            let message =
+                format!("[alignment] rps: \"{}\" is locked along the same line twice, expected once", feature.name);
+            table.problems().warning(line, message, "leave one of the two out, or lock another direction or feature");
+        }
+    }
 }
 
 /// Whether locks hold all six motions, and how strongly; turns are told by what they move at the extent of the locked points.

@@ -25,6 +25,7 @@
 //! they do to the pose is computed where the alignment is (`inspect/expected.rs`).
 
 use super::model::Rig;
+use super::nominal::SurfaceMethod;
 use super::rig::SHARED_DEPTH_VARIANCE;
 use std::f64::consts::PI;
 
@@ -37,7 +38,7 @@ const OUTLINE_VARIANCE: f64 = 0.10 * 0.10 * 3.0 / PAPER_SPACING_MM;
 
 /// Point spacing to expect, mm: from the rig, else the paper's.
 pub fn point_spacing_mm(rig: Option<&Rig>) -> f64 {
-    rig.map_or(PAPER_SPACING_MM, Rig::ground_pixel_mm)
+    rig.map_or(PAPER_SPACING_MM, Rig::spacing_mm)
 }
 
 /// Standard deviation in rad of the direction of a slot's long axis; `length_mm` is the overall length.
@@ -54,8 +55,9 @@ pub fn slot_centre_std_mm(length_mm: f64, width_mm: f64, spacing_mm: f64) -> (f6
     ((q / (PI * radius)).sqrt(), (q / (PI * radius + 2.0 * straight)).sqrt())
 }
 
-/// Standard deviation of the heights of single points, mm, that goes with `PAPER_SPACING_MM`.
+/// Standard deviations of the heights of single points and of their places across the line of sight, mm, that go with `PAPER_SPACING_MM`.
 const PAPER_HEIGHT_NOISE_MM: f64 = 0.12;
+const PAPER_PLANE_NOISE_MM: f64 = 0.05;
 
 /// What to expect of an opening, standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +83,12 @@ pub struct Expected {
     height_variance_mm4: f64,
     /// Variance of a point's height that it has with no other, mm².
     own_variance_mm2: f64,
+    /// Variance of a point's place across the line of sight over that of its depth.
+    plane_over_depth: f64,
 }
+
+/// Sheet that leans more is seen by chance, if at all: cosine of 78 degrees.
+const FLATTEST: f64 = 0.2;
 
 impl Expected {
     /// From the rig, else from the paper's figures.
@@ -96,7 +103,28 @@ impl Expected {
             spacing_mm,
             height_variance_mm4: noise_mm * noise_mm * area_mm2,
             own_variance_mm2: (1.0 - share) * noise_mm * noise_mm,
+            plane_over_depth: (rig.map_or(PAPER_PLANE_NOISE_MM, Rig::planar_accuracy_mm) / noise_mm).powi(2),
         }
+    }
+
+    /// The same of sheet that leans: `cosine` is that of the angle between its normal and the line of sight. A pixel sees more of it, so
+    /// that points are fewer and what neighbours have in common reaches further along it, both as 1 / cosine; along its
+    /// normal a point errs by its depth times the cosine and by its place in the plane times the sine.
+    #[must_use]
+    pub fn leaning(&self, cosine: f64) -> Self {
+        let cosine = cosine.abs().clamp(FLATTEST, 1.0);
+        let along_normal = cosine * cosine + (1.0 - cosine * cosine) * self.plane_over_depth;
+        Self {
+            spacing_mm: self.spacing_mm / cosine.sqrt(),
+            height_variance_mm4: self.height_variance_mm4 * along_normal / cosine,
+            own_variance_mm2: self.own_variance_mm2 * along_normal,
+            plane_over_depth: self.plane_over_depth,
+        }
+    }
+
+    /// How many points to expect of so much surface.
+    pub fn points_on(&self, area_mm2: f64) -> f64 {
+        area_mm2 / (self.spacing_mm * self.spacing_mm)
     }
 
     /// Variance of a height told by a piece of surface, times the area of that piece, where only one point in so much surface is
@@ -125,16 +153,16 @@ impl Expected {
         }
     }
 
-    /// Of a surface point, mm: a quadratic over a disc of six spacings, 5 mm at least. In the middle its variance is four times
-    /// that of the mean (for x = r² / radius², even over 0..1, the line a + b x has the variance 4 / n at x = 0).
-    pub fn surface_mm(&self) -> f64 {
-        let radius = (6.0 * self.spacing_mm).max(5.0);
-        (4.0 * self.height_variance_mm4 / (PI * radius * radius)).sqrt()
+    /// Of a surface point, mm, from the points within a radius. The variance of a plane's height there is that of the mean; that of a
+    /// quadratic is four times as large (for x = r² / radius², even over 0..1, the line a + b x has the variance 4 / n at x = 0).
+    pub fn surface_mm(&self, method: SurfaceMethod, radius_mm: f64) -> f64 {
+        let times = if method == SurfaceMethod::Plane { 1.0 } else { 4.0 };
+        (times * self.height_variance_mm4 / (PI * radius_mm * radius_mm)).sqrt()
     }
 
-    /// Of a trimmed edge, mm, over the 18 spacings of it, 5 mm at least, that are looked at.
+    /// Of a trimmed edge, mm, over the 18 spacings of it, 6 mm at least, that are looked at.
     pub fn edge_mm(&self) -> f64 {
-        let length = (18.0 * self.spacing_mm).max(5.0);
+        let length = (18.0 * self.spacing_mm).max(6.0);
         (OUTLINE_VARIANCE * self.spacing_mm.powi(3) / length).sqrt()
     }
 }
@@ -156,6 +184,20 @@ mod tests {
         let (hole, other) = slot_centre_std_mm(8.0, 8.0, h);
         assert_eq!(hole, other);
         assert!((hole / (0.046 * h) - 1.0).abs() < 0.25, "{hole}");
+    }
+
+    /// Upright sheet: own points and correlated patches each fewer by half, errors along the normal a quarter of the depth's variance and
+    /// three quarters of the plane's.
+    #[test]
+    fn leaning_sheet_has_fewer_points_and_other_errors() {
+        let flat = Expected::of(None);
+        let lean = flat.leaning(0.5);
+        let along_normal = 0.25 + 0.75 * (0.05f64 / 0.12).powi(2);
+        let at = |e: &Expected| e.surface_mm(SurfaceMethod::Local, 5.0);
+        assert!((at(&lean) / at(&flat) - (2.0 * along_normal).sqrt()).abs() < 1e-12);
+        assert!((lean.points_on(10.0) - 0.5 * flat.points_on(10.0)).abs() < 1e-9);
+        assert!((at(&flat) - 2.0 * flat.surface_mm(SurfaceMethod::Plane, 5.0)).abs() < 1e-15);
+        assert_eq!((flat.leaning(1.0), flat.leaning(0.0)), (flat, flat.leaning(-0.2)));
     }
 
     #[test]

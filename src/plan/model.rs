@@ -187,6 +187,8 @@ pub struct Rig {
     pub image_accuracy_px: f64,
     /// 1 full, 2 half of the pixels in each direction.
     pub resolution_level: u32,
+    /// Spacing of the points where not every pixel gives one.
+    pub point_spacing_mm: Option<f64>,
 }
 
 /// `[uncertainty]`, standard uncertainties (k = 1) that the scan itself cannot show.

@@ -251,6 +251,12 @@ impl<'r> Entry<'r> {
         self.reader.problems.add(Diagnostic::error(message).at_line(self.line).at_key(self.key).with_help(help));
     }
 
+    /// Warns of a value that is allowed.
+    pub fn warn(&self, words: impl AsRef<str>, help: impl Into<String>) {
+        let message = format!("{}: {}", self.reader.label(self.key), words.as_ref());
+        self.reader.problems.add(Diagnostic::warning(message).at_line(self.line).at_key(self.key).with_help(help));
+    }
+
     /// Tells that the value is odd.
     pub fn odd(&self, words: impl AsRef<str>, help: impl Into<String>) {
         let message = format!("{}: {}", self.reader.label(self.key), words.as_ref());

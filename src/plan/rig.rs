@@ -30,13 +30,19 @@ impl Rig {
         pixel_um: 4.88,
         image_accuracy_px: 0.3,
         resolution_level: 2,
+        point_spacing_mm: None,
     };
 
     /// What one pixel sees of a part that faces the cameras, mm: equation (1), doubled by each level of resolution after the first (the
-    /// paper's second level has a quarter of the pixels). A depth map has one point a pixel: it is the spacing of points, too.
+    /// paper's second level has a quarter of the pixels).
     pub fn ground_pixel_mm(&self) -> f64 {
         let halvings = self.resolution_level.saturating_sub(1).min(30);
         self.distance_mm / self.focal_mm * self.pixel_um * 1e-3 * f64::from(1_u32 << halvings)
+    }
+
+    /// Spacing of the points on a part that faces the cameras, mm: a depth map has one point a pixel, unless the system delivers fewer.
+    pub fn spacing_mm(&self) -> f64 {
+        self.point_spacing_mm.unwrap_or_else(|| self.ground_pixel_mm())
     }
 
     /// Standard deviation in mm of a point along each axis across the line of sight: the image accuracy on the part.
@@ -56,8 +62,9 @@ impl Rig {
 
     /// The figures in words, for people.
     pub fn figures(&self) -> String {
+        let thinned = self.point_spacing_mm.map_or(String::new(), |mm| format!(", points {mm:.3} mm apart"));
         format!(
-            "ground pixel {:.3} mm, accuracy {:.3} mm in the plane and {:.3} mm in depth (standard deviations of a point)",
+            "ground pixel {:.3} mm{thinned}, accuracy {:.3} mm in the plane and {:.3} mm in depth (standard deviations of a point)",
             self.ground_pixel_mm(),
             self.planar_accuracy_mm(),
             self.depth_accuracy_mm()

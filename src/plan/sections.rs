@@ -3,7 +3,7 @@
 use super::model::*;
 use super::reader::{NumberRule, TableReader, describe_value, quoted, value_number};
 use super::suggest::{list_or, nearest};
-use super::values::{AT_LEAST_ZERO_MM, POSITIVE_MM, SIGNED_MM, direction, line_of_text, location, name, unit};
+use super::values::{AT_LEAST_ZERO_MM, POSITIVE_MM, direction, line_of_text, location, name, unit};
 use std::path::{Path, PathBuf};
 use toml_edit::Value;
 
@@ -14,7 +14,18 @@ pub const HOMES: [(&str, &[&str]); 8] = [
     ("scans", &["folder", "pattern", "unit", "order", "taken", "view_direction", "views"]),
     ("background", &["belt_plane", "belt_clearance_mm", "belt_colours", "colour_tolerance", "luminance_min"]),
     ("alignment", &["method", "hole", "slot", "slot_reading", "point", "rps", "region", "freeze"]),
-    ("rig", &["distance_mm", "base_mm", "focal_mm", "pixel_um", "image_accuracy_px", "resolution_level"]),
+    (
+        "rig",
+        &[
+            "distance_mm",
+            "base_mm",
+            "focal_mm",
+            "pixel_um",
+            "image_accuracy_px",
+            "resolution_level",
+            "point_spacing_mm",
+        ],
+    ),
     ("uncertainty", &["scale_ppm", "thickness_mm", "system_mm", "edge_offset_mm", "edge_offset_u_mm"]),
     ("output", &["folder", "formats", "map_range_mm"]),
 ];
@@ -77,8 +88,12 @@ pub(super) fn part(table: TableReader<'_>) -> Option<PartInfo> {
         let help = "write thickness_mm = 1.2, or 0 for no compensation";
         table.required("thickness_mm", "the thickness of the sheet in mm", help)
     };
+    const SHEET_MM: NumberRule = NumberRule {
+        expected: "the thickness of a sheet in mm, from 0 to 100",
+        accepts: |v| (0.0..=100.0).contains(&v),
+    };
     let thickness_mm = match thickness {
-        Some(entry) => entry.number(AT_LEAST_ZERO_MM),
+        Some(entry) => entry.number(SHEET_MM),
         None => Some(0.0),
     };
     finish(table);
@@ -315,6 +330,10 @@ pub(super) fn rig(table: TableReader<'_>) -> Option<Rig> {
     let help = "write image_accuracy_px = 0.3";
     let image_accuracy_px = required("image_accuracy_px", "the accuracy of matching in pixels", help, ACCURACY);
     let resolution_level = number_or(&table, "resolution_level", LEVEL, 1.0);
+    let point_spacing_mm = match table.optional("point_spacing_mm") {
+        Some(entry) => entry.number(POSITIVE_MM).map(Some),
+        None => Some(None),
+    };
     finish(table);
     Some(Rig {
         distance_mm: distance_mm?,
@@ -323,18 +342,38 @@ pub(super) fn rig(table: TableReader<'_>) -> Option<Rig> {
         pixel_um: pixel_um?,
         image_accuracy_px: image_accuracy_px?,
         resolution_level: resolution_level? as u32,
+        point_spacing_mm: point_spacing_mm?,
     })
 }
 
+/// From here on the scale's uncertainty is told in words: 0.1 mm in 100 mm.
+const TELLING_PPM: f64 = 1000.0;
+
 /// `[uncertainty]`.
 pub(super) fn uncertainty(table: TableReader<'_>) -> Option<UncertaintySettings> {
-    const PPM: NumberRule =
-        NumberRule { expected: "parts per million, from 0 to 1000000", accepts: |v| (0.0..=1e6).contains(&v) };
-    let scale_ppm = number_or(&table, "scale_ppm", PPM, 0.0);
-    let thickness_mm = number_or(&table, "thickness_mm", AT_LEAST_ZERO_MM, 0.0);
-    let system_mm = number_or(&table, "system_mm", AT_LEAST_ZERO_MM, 0.0);
-    let edge_offset_mm = number_or(&table, "edge_offset_mm", SIGNED_MM, 0.0);
-    let edge_offset_u_mm = number_or(&table, "edge_offset_u_mm", AT_LEAST_ZERO_MM, 0.0);
+    // Beyond these no calibration lies: a system that is 5 % or 10 mm off measures nothing, and no rim is rounded by more than the sheet.
+    const PPM: NumberRule = NumberRule {
+        expected: "parts per million, from 0 to 50000 (5 %; 10000 ppm is 1 %, 1 mm in 100 mm)",
+        accepts: |v| (0.0..=5e4).contains(&v),
+    };
+    const UP_TO_10_MM: NumberRule =
+        NumberRule { expected: "a number in mm from 0 to 10", accepts: |v| (0.0..=10.0).contains(&v) };
+    const OFFSET_MM: NumberRule =
+        NumberRule { expected: "a number in mm from -5 to 5", accepts: |v| (-5.0..=5.0).contains(&v) };
+    let scale = table.optional("scale_ppm");
+    let scale_ppm = scale.map_or(Some(0.0), |entry| entry.number(PPM));
+    if let (Some(entry), Some(ppm)) = (scale, scale_ppm)
+        && ppm >= TELLING_PPM
+    {
+        entry.warn(
+            format!("a scale known to {ppm} ppm only is {} mm in 100 mm (k = 1)", ppm * 1e-4),
+            "calibrate with a longer or better known length, or keep comparison points near the datums",
+        );
+    }
+    let thickness_mm = number_or(&table, "thickness_mm", UP_TO_10_MM, 0.0);
+    let system_mm = number_or(&table, "system_mm", UP_TO_10_MM, 0.0);
+    let edge_offset_mm = number_or(&table, "edge_offset_mm", OFFSET_MM, 0.0);
+    let edge_offset_u_mm = number_or(&table, "edge_offset_u_mm", UP_TO_10_MM, 0.0);
     finish(table);
     Some(UncertaintySettings {
         scale_ppm: scale_ppm?,

@@ -145,6 +145,7 @@ mod tests {
             pixel_um: 4.88,
             image_accuracy_px: 0.3,
             resolution_level: 5,
+            point_spacing_mm: None,
         });
         let folder = tempfile::tempdir().unwrap();
         let mut names = Vec::new();

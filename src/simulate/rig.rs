@@ -133,11 +133,11 @@ impl RigModel {
     }
 
     /// The rig that a plan describes, by the formulas of [`crate::plan::rig`]: noise in the plane and in depth are its accuracies, the
-    /// density is that of the paper's cloud for a pixel of the paper's size. Belt colour and viewing direction are the plan's, too.
+    /// density is that of the paper's cloud for a spacing like the paper's. Belt colour and viewing direction are the plan's, too.
     pub fn of_plan(plan: &Plan) -> Self {
         let mut model = Self::default();
         if let Some(rig) = &plan.rig {
-            let pixels = rig.ground_pixel_mm() / Rig::PAPER.ground_pixel_mm();
+            let pixels = rig.spacing_mm() / Rig::PAPER.spacing_mm();
             let density = model.density_per_mm2 / (pixels * pixels);
             model = model.with_density(density);
             model.correlation_length_mm = rig.correlation_length_mm();

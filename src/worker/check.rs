@@ -4,7 +4,9 @@
 use super::examine::{prepare_cad, prepare_part, settings_for};
 use super::results::ending_of;
 use crate::diagnostic::{Diagnostic, ReadError};
-use crate::inspect::{Foretold, Outlook, axis_reading_warning, check_draft, foretell, tolerance_warnings};
+use crate::inspect::{
+    Foretold, Outlook, axis_reading_warning, check_draft, expected_warnings, foretell, region_warnings,
+};
 use crate::part::Part;
 use crate::plan::document::{Document, PlanProblem};
 use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
@@ -17,8 +19,8 @@ use std::path::Path;
 /// plan is sound the cache of its CAD is written.
 pub fn check_plan(path: &Path, run: &RunContext) -> Result<Vec<Diagnostic>, Cancelled> {
     let loaded = plan::load(path);
-    let of_cad = against_cad(&loaded, run)?;
-    Ok(all_of(loaded, of_cad))
+    let (part, of_cad) = against_cad(&loaded, run)?;
+    Ok(all_of(loaded, part.as_ref(), of_cad))
 }
 
 /// The same of a plan that is being edited, each problem with its field. `part` is its CAD as [`prepare_document`] made it; without it the
@@ -26,7 +28,7 @@ pub fn check_plan(path: &Path, run: &RunContext) -> Result<Vec<Diagnostic>, Canc
 pub fn check_document(document: &Document, part: Option<&Part>) -> Vec<PlanProblem> {
     let loaded = document.read();
     let of_cad = part.map_or_else(Vec::new, |part| of_part(&loaded.draft, part));
-    document.locate(all_of(loaded, of_cad))
+    document.locate(all_of(loaded, part, of_cad))
 }
 
 /// The CAD of a plan that is being edited, as far as the plan tells of it; `None` where it names none that is there. Nothing is cached.
@@ -36,10 +38,10 @@ pub fn prepare_document(document: &Document, run: &RunContext) -> Result<Option<
 }
 
 /// The plan's own problems and those found beside it, in the order in which they are told.
-fn all_of(loaded: Loaded, of_cad: Vec<Diagnostic>) -> Vec<Diagnostic> {
+fn all_of(loaded: Loaded, part: Option<&Part>, of_cad: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let Loaded { draft, mut problems, .. } = loaded;
     problems.extend(of_cad);
-    problems.extend(outlook(&draft));
+    problems.extend(outlook(&draft, part));
     problems.extend(results_place(&draft));
     let rank = |d: &Diagnostic| match &d.file {
         Some(file) if *file == draft.path => 0,
@@ -69,25 +71,30 @@ pub fn foretell_document(document: &Document, part: Option<&Part>) -> Option<For
     Outlook::of_draft(&draft).and_then(|outlook| foretell(&Outlook { part, ..outlook }))
 }
 
-/// Warnings of an alignment that will hold the part poorly, and of tolerances that cannot be judged, with their places.
-pub(super) fn outlook(draft: &Draft) -> Vec<Diagnostic> {
+/// Warnings of an alignment that will hold the part poorly, of windows with too few points, and of tolerances that cannot be judged, with
+/// their places. Without the CAD neither lean of the sheet nor thickness and scale are counted.
+pub(super) fn outlook(draft: &Draft, part: Option<&Part>) -> Vec<Diagnostic> {
     let Some(outlook) = Outlook::of_draft(draft) else { return Vec::new() };
+    let outlook = Outlook { part, ..outlook };
     let axis = axis_reading_warning(&outlook).map(|d| d.in_file(&draft.path).at_line(draft.alignment_line));
-    axis.into_iter().chain(tolerance_warnings(&outlook)).collect()
+    axis.into_iter().chain(region_warnings(&outlook, &draft.path)).chain(expected_warnings(&outlook)).collect()
 }
 
-/// Problems of the CAD, and of the plan's sound points against it.
-fn against_cad(loaded: &Loaded, run: &RunContext) -> Result<Vec<Diagnostic>, Cancelled> {
+/// The CAD where it could be prepared; its problems, and those of the plan's sound points against it.
+fn against_cad(loaded: &Loaded, run: &RunContext) -> Result<(Option<Part>, Vec<Diagnostic>), Cancelled> {
     let prepared = match &loaded.plan {
         // That there is no such file is the plan's problem, and told there.
         Some(plan) => Some(prepare_part(plan, run).map(|(part, _)| part)),
         None => draft_part(&loaded.draft, run),
     };
     match prepared {
-        None => Ok(Vec::new()),
-        Some(Ok(part)) => Ok(of_part(&loaded.draft, &part)),
+        None => Ok((None, Vec::new())),
+        Some(Ok(part)) => {
+            let problems = of_part(&loaded.draft, &part);
+            Ok((Some(part), problems))
+        }
         Some(Err(ReadError::Cancelled(cancelled))) => Err(cancelled),
-        Some(Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic))) => Ok(vec![*diagnostic]),
+        Some(Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic))) => Ok((None, vec![*diagnostic])),
     }
 }
 

@@ -76,7 +76,7 @@ impl<'a> Sequence<'a> {
     ) -> Result<Option<Self>, Option<Box<Diagnostic>>> {
         let loaded = plan::load(&request.plan_path);
         let errors = loaded.problems.iter().filter(|p| p.severity == Severity::Error).count();
-        listener(Event::Problems(loaded.problems.into_iter().chain(outlook(&loaded.draft)).collect()));
+        listener(Event::Problems(loaded.problems));
         let Some(plan) = loaded.plan else {
             if errors > 0 {
                 return Err(None);
@@ -101,7 +101,7 @@ impl<'a> Sequence<'a> {
         listener(Event::Prepared { plan: plan.clone(), part: part.clone(), cache });
         let against_cad = check_against_part(&plan, &part);
         let unfit = against_cad.iter().any(|p| p.severity == Severity::Error);
-        listener(Event::Problems(against_cad));
+        listener(Event::Problems(against_cad.into_iter().chain(outlook(&loaded.draft, Some(&part))).collect()));
         if unfit {
             return Err(None);
         }

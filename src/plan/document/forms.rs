@@ -88,7 +88,7 @@ const MM: Holds = Holds::Number("mm");
 const ZERO: LeftOut = LeftOut::Number(0.0);
 
 /// Every setting of a plan that is written key by key, in the order of a form. Datums of a method other than the plan's are left out, not needed.
-pub const FORM: [Setting; 39] = [
+pub const FORM: [Setting; 40] = [
     Setting::new("part", "name", Holds::Text, LeftOut::Needed),
     Setting::new("part", "number", Holds::Text, LeftOut::Text("")),
     Setting::new("part", "revision", Holds::Text, LeftOut::Text("")),
@@ -120,6 +120,7 @@ pub const FORM: [Setting; 39] = [
     Setting::new("rig", "pixel_um", Holds::Number("um"), LeftOut::Needed),
     Setting::new("rig", "image_accuracy_px", Holds::Number("pixels"), LeftOut::Needed),
     Setting::new("rig", "resolution_level", Holds::Whole, LeftOut::Number(1.0)),
+    Setting::new("rig", "point_spacing_mm", MM, LeftOut::Nothing),
     Setting::new("uncertainty", "scale_ppm", Holds::Number("ppm"), ZERO),
     Setting::new("uncertainty", "thickness_mm", MM, ZERO),
     Setting::new("uncertainty", "system_mm", MM, ZERO),

@@ -37,6 +37,7 @@ pub(super) fn key(table: &str, key: &str) -> (&'static str, &'static str) {
         ("rig", "pixel_um") => ("pixel size", "um"),
         ("rig", "image_accuracy_px") => ("image accuracy", "pixels"),
         ("rig", "resolution_level") => ("resolution level", ""),
+        ("rig", "point_spacing_mm") => ("spacing of the points", "mm"),
         ("uncertainty", "scale_ppm") => ("uncertainty of the scale", "ppm"),
         ("uncertainty", "thickness_mm") => ("uncertainty of the thickness", "mm"),
         ("uncertainty", "system_mm") => ("uncertainty of the system", "mm"),
