@@ -42,6 +42,28 @@ impl Picker {
         Ok(Proposal::new(Geometry::Edge { position: on.place, direction, normal }))
     }
 
+    /// The piece of the trimmed edge or rim around a place: up to `half_mm` along it to either side, in its order; empty where the CAD has
+    /// no boundary. For showing what an edge point is on.
+    pub fn edge_piece(&self, place: &Point3, half_mm: f64) -> Vec<Point3> {
+        let segments = self.surfaces().into_iter().flat_map(|surface| {
+            let loops = surface.face.boundary_loops.iter();
+            loops.flat_map(|points| (0..points.len().saturating_sub(1)).map(move |k| (points, k)))
+        });
+        let nearest = segments.map(|(points, k)| {
+            let foot = foot_on(&points[k], &points[k + 1], place);
+            (points, k, foot, (foot - place).norm())
+        });
+        let Some((points, segment, foot, _)) = nearest.min_by(|a, b| a.3.total_cmp(&b.3)) else { return Vec::new() };
+        // A short rim is gone around once, not from both sides.
+        let around: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+        let half_mm = if points.first() == points.last() { half_mm.min(0.5 * around) } else { half_mm };
+        let mut piece = walk(points, segment, foot, half_mm, false);
+        piece.reverse();
+        piece.push(foot);
+        piece.extend(walk(points, segment, foot, half_mm, true));
+        piece
+    }
+
     /// The place of the boundary that a ray passes nearest, of loops that `wanted` takes. What the surface hides counts only where nothing else
     /// is within reach.
     pub(super) fn nearest_boundary(
@@ -89,6 +111,44 @@ fn nearest_to_ray(a: &Point3, b: &Point3, ray: &Ray) -> Point3 {
     let length_sq = segment.norm_squared();
     let share = if length_sq > 0.0 { (from.dot(&segment) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
     a + (b - a) * share
+}
+
+/// The place of a segment that is nearest to a point.
+fn foot_on(a: &Point3, b: &Point3, point: &Point3) -> Point3 {
+    let along = b - a;
+    let length_sq = along.norm_squared();
+    let share = if length_sq > 0.0 { ((point - a).dot(&along) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
+    a + along * share
+}
+
+/// The points of a loop after a place of one of its segments, as far as a length reaches.
+fn walk(points: &[Point3], segment: usize, from: Point3, length_mm: f64, forward: bool) -> Vec<Point3> {
+    let (closed, segments) = (points.first() == points.last(), points.len() - 1);
+    let mut passed = Vec::new();
+    let (mut at, mut left) = (from, length_mm);
+    for step in 0..segments {
+        let k = match (forward, closed) {
+            (true, true) => (segment + step) % segments,
+            (false, true) => (segment + segments - step) % segments,
+            (true, false) => segment + step,
+            (false, false) if step > segment => break,
+            (false, false) => segment - step,
+        };
+        let next = if forward { points.get(k + 1) } else { points.get(k) };
+        let Some(next) = next else { break };
+        let piece = next - at;
+        let length = piece.norm();
+        if length >= left {
+            if length > 0.0 {
+                passed.push(at + piece * (left / length));
+            }
+            break;
+        }
+        left -= length;
+        at = *next;
+        passed.push(at);
+    }
+    passed
 }
 
 /// The course of a loop at a place of one of its segments; a corner within reach is refused.

@@ -3,6 +3,7 @@
 //! A click is a ray. Everything proposed lies on the CAD's own surface, whatever the sheet's thickness, and its normals are those of
 //! the CAD. Where nothing fits, words say why. The window may move or retype what is proposed; nothing here is a measurement.
 
+mod again;
 mod edge;
 mod opening;
 mod picker;

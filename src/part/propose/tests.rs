@@ -191,3 +191,63 @@ fn an_edge_behind_the_surface_is_not_taken() {
     // Its own left edge 14 mm off, in sight; the hidden one is 1 mm off.
     assert_eq!(told.geometry.position(), Point3::new(0.0, 30.0, 0.0));
 }
+
+/// What was turned round against the CAD stays so where it is dragged to.
+#[test]
+fn a_shape_that_is_dragged_stays_turned_as_it_was() {
+    for side in SIDES {
+        let (made, picker) = sample(side);
+        let of_kind = |kind: &str| {
+            let points = made.comparison.iter().map(|p| &p.geometry).chain(made.features.iter().map(|f| &f.geometry));
+            points.filter(|g| g.kind() == kind).cloned().collect::<Vec<_>>()
+        };
+        for kind in ["surface", "edge", "hole", "slot"] {
+            let all = of_kind(kind);
+            let (from, to) = (&all[0], all.last().unwrap());
+            let ray = look(&to.position(), &UnitVector3::new_normalize(to.sheet_normal()));
+            let told = picker.again(from, &ray, 3.0).unwrap().geometry;
+            assert_eq!(told.kind(), kind);
+            // Places as in the tests of each kind; an edge's along the edge, too: the lean of the look.
+            assert!((told.position() - to.position()).norm() < 0.2, "{side:?} {kind} {told:?}");
+            assert!(told.sheet_normal().dot(&to.sheet_normal()) > 0.99, "{side:?} {kind}");
+            let turned = picker.again(&against(from), &ray, 3.0).unwrap().geometry;
+            let expected = against(&told);
+            assert!((turned.sheet_normal() - expected.sheet_normal()).norm() < 1e-12, "{side:?} {kind}");
+            if let (Geometry::Edge { direction: a, .. }, Geometry::Edge { direction: b, .. }) = (&turned, &expected) {
+                assert!((a.into_inner() - b.into_inner()).norm() < 1e-12);
+            }
+        }
+    }
+}
+
+/// The other side of the sheet; of an edge, into it as well.
+fn against(shape: &Geometry) -> Geometry {
+    match shape.clone() {
+        Geometry::Surface { position, direction } => Geometry::Surface { position, direction: -direction },
+        Geometry::Edge { position, direction, normal } => {
+            Geometry::Edge { position, direction: -direction, normal: -normal }
+        }
+        Geometry::Hole { centre, axis, diameter_mm, direction } => {
+            Geometry::Hole { centre, axis: -axis, diameter_mm, direction }
+        }
+        Geometry::Slot { centre, axis, direction, length_mm, width_mm } => {
+            Geometry::Slot { centre, axis: -axis, direction, length_mm, width_mm }
+        }
+    }
+}
+
+#[test]
+fn the_piece_of_an_edge_goes_as_far_as_asked_and_round_corners() {
+    let picker = picker(plate(), CadSide::Top);
+    let length = |piece: &[Point3]| piece.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
+    let piece = picker.edge_piece(&Point3::new(100.0, 33.0, 0.1), 5.0);
+    assert!((length(&piece) - 10.0).abs() < 1e-9 && piece.iter().all(|p| p.x == 100.0), "{piece:?}");
+    let ends = [piece[0].y, piece.last().unwrap().y];
+    assert!((ends[0] - ends[1]).abs() > 9.999 && piece.iter().any(|p| p.y == 33.0), "{ends:?}");
+    // Two millimetres before a corner, five are gone: three of them along the other side.
+    let piece = picker.edge_piece(&Point3::new(98.0, 60.0, 0.0), 5.0);
+    assert!((length(&piece) - 10.0).abs() < 1e-9);
+    assert!(piece.contains(&Point3::new(100.0, 60.0, 0.0)) && piece.iter().any(|p| p.y == 57.0), "{piece:?}");
+    // A rim of 100 mm is gone around once, no further.
+    assert!((length(&picker.edge_piece(&Point3::new(45.0, 20.0, 0.0), 500.0)) - 100.0).abs() < 1e-9);
+}

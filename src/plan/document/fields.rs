@@ -106,6 +106,12 @@ impl RowInfo {
         self.values.iter().find(|(k, _)| k == key).map(|(_, value)| value)
     }
 
+    /// The shape that it tells, CAD frame; `None` where a key that makes it is missing or no number. Whether it makes sense is for
+    /// [`Document::read`] to tell.
+    pub fn geometry(&self, list: List) -> Option<Geometry> {
+        shape::read(self, list)
+    }
+
     /// What people call it.
     pub(super) fn label(&self, list: List, index: usize) -> String {
         if self.name.is_empty() { format!("{} {}", list.word(), index + 1) } else { self.name.clone() }

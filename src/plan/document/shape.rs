@@ -1,7 +1,7 @@
 //! A nominal shape as the keys of a row, and back.
 
 use super::tree::{put, take};
-use super::{EditError, FieldValue, List, PointSpec};
+use super::{EditError, FieldValue, List, PointSpec, RowInfo};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::plan::{Geometry, SurfaceFit, SurfaceMethod};
 use toml_edit::{Item, TableLike};
@@ -41,6 +41,41 @@ pub(super) fn values(geometry: &Geometry, list: List) -> Vec<(&'static str, Fiel
             ("width_mm", FieldValue::Number(plain(*width_mm))),
         ],
     }
+}
+
+/// The shape that a row tells, as far as it is whole: for showing it while other keys of the row are at fault.
+pub(super) fn read(row: &RowInfo, list: List) -> Option<Geometry> {
+    let triple = |key: &str| match row.value(key)? {
+        FieldValue::Numbers(v) => <[f64; 3]>::try_from(v.as_slice()).ok().filter(|v| v.iter().all(|c| c.is_finite())),
+        _ => None,
+    };
+    let at = |key: &str| triple(key).map(Point3::from);
+    let along = |key: &str| UnitVector3::try_new(Vector3::from(triple(key)?), 1e-9);
+    let length = |key: &str| match row.value(key)? {
+        FieldValue::Number(v) => Some(*v).filter(|v| v.is_finite() && *v > 0.0),
+        _ => None,
+    };
+    let centre = || at(if list == List::Feature { "centre" } else { "position" });
+    Some(match row.kind.as_str() {
+        "surface" => Geometry::Surface { position: at("position")?, direction: along("direction")? },
+        "edge" => {
+            Geometry::Edge { position: at("position")?, direction: along("direction")?, normal: along("normal")? }
+        }
+        "hole" => Geometry::Hole {
+            centre: centre()?,
+            axis: along("axis")?,
+            diameter_mm: length("diameter_mm")?,
+            direction: along("direction"),
+        },
+        "slot" => Geometry::Slot {
+            centre: centre()?,
+            axis: along("axis")?,
+            direction: along("direction")?,
+            length_mm: length("length_mm")?,
+            width_mm: length("width_mm")?,
+        },
+        _ => return None,
+    })
 }
 
 fn plain(v: f64) -> f64 {

@@ -420,3 +420,23 @@ fn any_edits_can_be_taken_back() {
         assert_eq!(document.text(), last);
     }
 }
+
+#[test]
+fn a_row_tells_its_shape_as_long_as_it_is_whole() {
+    let document = open(FULL);
+    let draft = document.read().draft;
+    let features: Vec<Geometry> = draft.features.iter().map(|f| f.geometry.clone()).collect();
+    let points: Vec<Geometry> = draft.comparison.iter().map(|p| p.geometry.clone()).collect();
+    for (list, sound) in [(List::Feature, features), (List::Comparison, points)] {
+        let told: Vec<Geometry> = document.rows(list).iter().filter_map(|row| row.geometry(list)).collect();
+        // As they would be written: reading turns a slot square to its axis in the last digit.
+        let written = |all: &[Geometry]| all.iter().map(|g| shape::values(g, list)).collect::<Vec<_>>();
+        assert_eq!(written(&told), written(&sound));
+    }
+    let mut document = open(FULL);
+    // A limit at fault hides nothing; a place that is none does.
+    document.set_value(List::Comparison, 0, "lower_mm", &FieldValue::Text("odd".into())).unwrap();
+    assert!(document.rows(List::Comparison)[0].geometry(List::Comparison).is_some());
+    document.set_value(List::Comparison, 0, "position", &FieldValue::Numbers(vec![1.0, 2.0])).unwrap();
+    assert!(document.rows(List::Comparison)[0].geometry(List::Comparison).is_none());
+}
