@@ -3,7 +3,6 @@
 use super::ResultsView;
 use super::views::{Content, Labels};
 use crate::gui::fonts;
-use crate::gui::scene::camera::StandardView;
 use crate::gui::scene::content::Shown;
 use crate::gui::scene::renderer::Layer;
 use crate::gui::scope::Scope;
@@ -25,27 +24,6 @@ fn menu_button(ui: &mut Ui, text: &str) -> egui::Response {
     ui.painter().add(egui::Shape::convex_polygon(corners.to_vec(), colour, Stroke::NONE));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, text));
     button
-}
-
-/// The standard views.
-pub fn standard_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
-    let names = ["1", "2", "3", "4", "5", "6", "Iso"];
-    let keys = [
-        "results.view_front",
-        "results.view_back",
-        "results.view_left",
-        "results.view_right",
-        "results.view_top",
-        "results.view_bottom",
-        "results.view_isometric",
-    ];
-    for ((name, standard), key) in names.into_iter().zip(StandardView::ALL).zip(keys).rev() {
-        let button = ui.add(Button::new(small(name)).min_size(vec2(26.0, 26.0)));
-        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text(key)));
-        if button.on_hover_text(words.text(key)).clicked() {
-            view.linked.show(standard);
-        }
-    }
 }
 
 /// The whole part.

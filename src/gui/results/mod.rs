@@ -6,7 +6,6 @@ mod histogram;
 mod keys;
 mod layout;
 mod lower;
-mod measure;
 mod number_line;
 mod numbers;
 mod order;

@@ -1,27 +1,29 @@
 //! The two views of a part: the CAD with its points, and the map.
 
 use super::ResultsView;
-use super::controls::{fit_ui, labels_ui, layer_ui, measure_button_ui, picture_ui, scale_ui, standard_ui};
-use super::measure::measure_ui;
+use super::controls::{fit_ui, labels_ui, layer_ui, measure_button_ui, picture_ui, scale_ui};
 use super::numbers;
 use crate::gui::action::Action;
 use crate::gui::fonts;
 use crate::gui::scene::camera::Camera;
 use crate::gui::scene::content::{MapContent, PartContent};
-use crate::gui::scene::legend::{self, HATCH, Notes, legend_ui};
+use crate::gui::scene::distance::distance_ui;
+use crate::gui::scene::legend::{self, Notes, legend_ui};
 use crate::gui::scene::linked::{FLAG_MARGIN, size_of};
 use crate::gui::scene::overlay::{self, Mark};
 use crate::gui::scene::pick;
-use crate::gui::scene::renderer::{Layer, Request, Tones};
+use crate::gui::scene::renderer::{Layer, Request};
+use crate::gui::scene::standard::standard_ui;
+use crate::gui::scene::tones::tones;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
-use crate::gui::theme::{Theme, size};
+use crate::gui::theme::size;
 use crate::gui::widgets::{cards, words as write};
 use crate::inspect::{Inspection, PointResult};
 use crate::plan::Plan;
-use crate::report::palette::{Palette, Rgb, Scale};
+use crate::report::palette::{Palette, Scale};
 use crate::report::words::worst_first;
-use egui::{Align, Align2, Color32, Layout, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align, Align2, Layout, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
 
 /// Height of a view's bar.
@@ -72,7 +74,7 @@ pub fn cad_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, view: &mut ResultsVi
     let bar = at.with_max_y(at.top() + BAR);
     title(ui, bar, "results.cad_and_points", scope);
     bar_ui(ui, bar, |ui| {
-        standard_ui(ui, view, scope.words);
+        standard_ui(ui, &mut view.linked, scope.words);
         fit_ui(ui, view, scope.words);
     });
     let scene = inside(at);
@@ -96,7 +98,7 @@ pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &
     let layer = view.layer(alone);
     bar_ui(ui, bar, |ui| {
         if alone {
-            standard_ui(ui, view, scope.words);
+            standard_ui(ui, &mut view.linked, scope.words);
         }
         fit_ui(ui, view, scope.words);
         picture_ui(ui, inside(at), view, scope.words);
@@ -118,7 +120,9 @@ pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &
     overlay::markers(&ui.painter_at(scene), &marks, &places, scope.view.point, theme);
     let clicked = overlay::flags(ui, &banners, &marks, scope.view.point, theme);
     overlay::axes(&ui.painter_at(scene), &camera, scene, theme);
-    measure_ui(ui, scene, &camera, view, scope);
+    if view.measuring {
+        distance_ui(ui, scene, &camera, &view.picks, scope);
+    }
     if let Some(k) = clicked {
         scope.ask(Action::ChoosePoint(Some(k)));
     }
@@ -285,20 +289,6 @@ fn kinds_ui(ui: &mut Ui, at: Rect, scope: &Scope) {
     let bar = Rect::from_center_size(pos2(x, y), vec2(14.0, 5.0));
     ui.painter().rect_filled(bar, 2, theme.feature);
     word(ui, &mut x, "results.feature");
-}
-
-/// The colours of a theme for the renderer.
-fn tones(theme: &Theme) -> Tones {
-    let rgb = |c: Color32| -> Rgb { [c.r(), c.g(), c.b()] };
-    Tones {
-        background: rgb(theme.scene),
-        outline: if theme.dark { [0x0A, 0x0D, 0x10] } else { [0x39, 0x42, 0x4D] },
-        cad: if theme.dark { [0xB4, 0xBC, 0xC6] } else { [0xB9, 0xC2, 0xCD] },
-        reverse: [0xA6, 0xAD, 0xB5],
-        hatch: HATCH,
-        flagged: if theme.dark { [0xE8, 0xEC, 0xF0] } else { [0x2B, 0x30, 0x38] },
-        removed: [0x8B, 0x96, 0xA3],
-    }
 }
 
 /// The scale of a new part: as the plan says.

@@ -52,7 +52,8 @@ pub fn placed(marks: &[Mark], camera: &Camera, at: Rect, content: &PartContent) 
     marks.iter().map(one).collect()
 }
 
-fn project(camera: &Camera, point: &Point3, at: Rect, size: ViewSize) -> Option<Pos2> {
+/// Where a place stands in the window; `None` behind the eye.
+pub fn project(camera: &Camera, point: &Point3, at: Rect, size: ViewSize) -> Option<Pos2> {
     camera.project(point, size).map(|p| pos2(at.left() + p.x as f32, at.top() + p.y as f32))
 }
 
@@ -76,8 +77,12 @@ pub fn markers(painter: &Painter, marks: &[Mark], places: &[Option<Placed>], cho
 
 /// One marker: its form tells the kind, its colour the verdict; without a value it is dashed and empty.
 pub fn marker(painter: &Painter, kind: &str, verdict: Verdict, pos: Pos2, theme: &Theme) {
-    let (colour, white) = (theme.verdict(verdict), Color32::WHITE);
-    let empty = verdict == Verdict::NotMeasured;
+    form(painter, kind, theme.verdict(verdict), verdict == Verdict::NotMeasured, pos);
+}
+
+/// The form of a kind in a colour, with a white rim; `empty`: dashed.
+pub fn form(painter: &Painter, kind: &str, colour: Color32, empty: bool, pos: Pos2) {
+    let white = Color32::WHITE;
     let dashes = |points: &[Pos2]| Shape::dashed_line(points, Stroke::new(1.8, colour), 3.0, 2.2);
     match (kind, empty) {
         ("edge", _) => {
@@ -237,7 +242,7 @@ pub fn features(
 }
 
 /// The rim of a hole or slot, closed; nothing for a point.
-fn outline(geometry: &Geometry) -> Vec<Point3> {
+pub fn outline(geometry: &Geometry) -> Vec<Point3> {
     const STEPS: u32 = 40;
     let turn = |k: u32| f64::from(k) * std::f64::consts::TAU / f64::from(STEPS);
     let across = |axis: &UnitVector3| axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();

@@ -1,25 +1,20 @@
 //! A distance between two places that were clicked.
 
-use super::ResultsView;
+use super::camera::Camera;
+use super::linked::size_of;
+use super::pick::{self, Pick};
 use crate::gui::fonts;
-use crate::gui::scene::camera::Camera;
-use crate::gui::scene::linked::size_of;
-use crate::gui::scene::pick;
 use crate::gui::scope::Scope;
 use crate::gui::theme::size;
 use crate::gui::widgets::words as write;
 use egui::{Align2, Pos2, Rect, Stroke, Ui, pos2, vec2};
 
 /// The two ends of a distance and what lies between them.
-pub fn measure_ui(ui: &mut Ui, at: Rect, camera: &Camera, view: &ResultsView, scope: &Scope) {
-    if !view.measuring {
-        return;
-    }
+pub fn distance_ui(ui: &mut Ui, at: Rect, camera: &Camera, picks: &[Pick], scope: &Scope) {
     let (theme, words) = (scope.theme, scope.words);
     let size = size_of(at);
-    let place =
-        |p: &pick::Pick| camera.project(&p.place, size).map(|s| pos2(at.left() + s.x as f32, at.top() + s.y as f32));
-    let ends: Vec<Pos2> = view.picks.iter().filter_map(place).collect();
+    let place = |p: &Pick| camera.project(&p.place, size).map(|s| pos2(at.left() + s.x as f32, at.top() + s.y as f32));
+    let ends: Vec<Pos2> = picks.iter().filter_map(place).collect();
     let painter = ui.painter_at(at);
     if let [a, b] = ends[..] {
         painter.line_segment([a, b], Stroke::new(4.0, theme.panel));
@@ -29,7 +24,7 @@ pub fn measure_ui(ui: &mut Ui, at: Rect, camera: &Camera, view: &ResultsView, sc
         painter.circle_filled(*end, 5.0, theme.panel);
         painter.circle_stroke(*end, 4.0, Stroke::new(2.0, theme.accent));
     }
-    let text = match &view.picks[..] {
+    let text = match picks {
         [a, b] => {
             let d = pick::distance(a, b);
             let along = d.along_mm;
