@@ -74,6 +74,10 @@ pub struct Theme {
     pub unmeasured_fill: Color32,
     /// The features of the alignment.
     pub feature: Color32,
+    /// What a click snaps to.
+    pub snap: Color32,
+    /// A direction that leads out of the sheet.
+    pub outward: Color32,
     /// The mark on a filled shape.
     pub mark: Color32,
     /// The mark on the undecided shape.
@@ -105,6 +109,8 @@ impl Theme {
         undecided_fill: rgb(0xFCF0CF),
         unmeasured_fill: rgb(0xE4E7EB),
         feature: rgb(0x1E7B45),
+        snap: rgb(0xE0A000),
+        outward: rgb(0xC02F1D),
         mark: rgb(0xFFFFFF),
         mark_undecided: rgb(0x241A00),
     };
@@ -133,6 +139,8 @@ impl Theme {
         undecided_fill: rgb(0x3A2F0E),
         unmeasured_fill: rgb(0x2B323B),
         feature: rgb(0x5BD08C),
+        snap: rgb(0xF5B400),
+        outward: rgb(0xF2553A),
         mark: rgb(0x0E1317),
         mark_undecided: rgb(0x241A00),
     };

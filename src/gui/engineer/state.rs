@@ -60,6 +60,8 @@ pub enum Tool {
     Edge,
     /// A new hole.
     Hole,
+    /// A new hole for the alignment.
+    FeatureHole,
     /// A new slot, for the alignment.
     Slot,
     /// A new surface point for the alignment.

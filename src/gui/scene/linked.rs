@@ -32,6 +32,16 @@ impl Linked {
         self.moved(before, camera, ui);
     }
 
+    /// Where the camera is; `None` before the first frame.
+    pub fn now(&self) -> Option<Camera> {
+        self.camera
+    }
+
+    /// How depth is shown.
+    pub fn projection(&self) -> Projection {
+        self.camera.map_or(Projection::default(), |c| c.projection)
+    }
+
     /// Whether the picture changes by itself or has just been moved.
     pub fn is_moving(&self, now_s: f64) -> bool {
         self.flight.is_some() || self.moved_s.is_some_and(|at| now_s - at < STILL_AFTER_S)

@@ -60,8 +60,8 @@ impl Picker {
         nearest.min_by(|a, b| a.0.total_cmp(&b.0)).is_some_and(|(_, told)| told.dot(&normal) < 0.0)
     }
 
-    /// Whether an edge's direction points into the sheet: half a millimetre along it the sheet is nearer than half a millimetre against it.
-    fn points_inwards(&self, shape: &Geometry) -> bool {
+    /// Whether an edge's direction points into the sheet; no other shape's does. Half a millimetre along it the sheet is nearer than half a millimetre against it.
+    pub fn points_inwards(&self, shape: &Geometry) -> bool {
         let Geometry::Edge { position, direction, .. } = shape else { return false };
         let away = |step_mm: f64| {
             let at = position + direction.into_inner() * step_mm;

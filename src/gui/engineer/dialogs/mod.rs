@@ -8,5 +8,12 @@ use egui::Ui;
 #[derive(Debug, Default)]
 pub struct Dialogs {}
 
+impl Dialogs {
+    /// Whether one is open.
+    pub fn is_open(&self) -> bool {
+        false
+    }
+}
+
 /// Draws the dialog that is open.
 pub(super) fn dialogs_ui(_ui: &mut Ui, _scope: &mut Scope, _view: &mut EngineerView) {}
