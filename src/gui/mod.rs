@@ -20,6 +20,7 @@ mod hear;
 mod help;
 mod icon;
 mod keys;
+mod later;
 mod messages;
 mod open;
 mod operator;

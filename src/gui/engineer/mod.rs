@@ -23,5 +23,8 @@ pub(super) fn engineer_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerVie
     for at in [Some(places.form), Some(places.problems), Some(places.changes), places.tree].into_iter().flatten() {
         cards::card(ui, at, scope.theme);
     }
+    if let (Some(tree), true) = (places.tree, scope.facts.editing.is_some()) {
+        dialogs::buttons_ui(ui, tree, scope, view);
+    }
     dialogs::dialogs_ui(ui, scope, view);
 }
