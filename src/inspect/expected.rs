@@ -63,7 +63,7 @@ impl<'a> Outlook<'a> {
     /// What the pose's error will do to each comparison point along its direction, mm (standard deviation); `None` where the
     /// datums do not hold the part, and for a best fit to a CAD that is not known, or whose surface does not hold the part by itself.
     pub fn pose_errors_mm(&self) -> Option<Vec<f64>> {
-        let pose = pose(self, self.method, Side::Top)?;
+        let pose = pose(self, self.method, Side::Top, Figures::Scatter)?;
         Some(self.comparison.iter().map(|point| error_mm(&pose, &point.geometry)).collect())
     }
 
@@ -106,6 +106,15 @@ impl<'a> Outlook<'a> {
     }
 }
 
+/// Which figures of the datums are meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Figures {
+    /// By how much they will scatter.
+    Scatter,
+    /// What a scan will tell of that.
+    Told,
+}
+
 /// As it is told: expanded, the shares put together.
 fn told(budget: &Budget) -> ExpectedU {
     let Budget { fit_mm, pose_mm, thickness_mm, scale_mm, edge_offset_mm, system_mm } = *budget;
@@ -131,7 +140,7 @@ impl<'a> View<'a> {
         let by_surface = matches!(outlook.method, AlignmentMethod::BestFit | AlignmentMethod::Regions(_));
         let pose = match outlook.part {
             None if by_surface => PoseUncertainty::none(Point3::origin()),
-            _ => pose(&outlook, outlook.method, side)?,
+            _ => pose(&outlook, outlook.method, side, Figures::Told)?,
         };
         // What thickness and scale do is told by the CAD.
         let settings = match outlook.part {
@@ -150,7 +159,7 @@ impl<'a> View<'a> {
 
     /// What the points around it leave open.
     fn own(&self, point: &ComparisonPoint) -> Own {
-        let expected = self.outlook.expected_at(&point.geometry, self.side);
+        let expected = self.outlook.expected_at(&point.geometry, self.side).as_told();
         match &point.geometry {
             Geometry::Surface { position, direction } => {
                 let how = &point.surface_fit;
@@ -177,7 +186,12 @@ impl<'a> View<'a> {
 }
 
 /// The uncertainty of the pose to expect, that side of the part seen; `None` where the datums do not hold the part.
-pub(super) fn pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> Option<PoseUncertainty> {
+pub(super) fn pose(
+    outlook: &Outlook,
+    method: &AlignmentMethod,
+    side: Side,
+    figures: Figures,
+) -> Option<PoseUncertainty> {
     let common = outlook.part.map(|part| Common { part, face: part.face(side), settings: &outlook.uncertainty });
     if let AlignmentMethod::BestFit | AlignmentMethod::Regions(_) = method {
         let mut known = fitted_pose(outlook, method, side)?;
@@ -189,7 +203,8 @@ pub(super) fn pose(outlook: &Outlook, method: &AlignmentMethod, side: Side) -> O
     let length_mm = positions.map(|p| (p - first).norm()).fold(1.0, f64::max);
     let datums = Datums { method, features: outlook.features, length_mm };
     let of_datum = |geometry: &Geometry| {
-        let expected = outlook.expected_at(geometry, side);
+        let scatter = outlook.expected_at(geometry, side);
+        let expected = if figures == Figures::Told { scatter.as_told() } else { scatter };
         let window_mm = outlook.window_mm(&geometry.position(), &SurfaceFit::default(), expected.spacing_mm, side);
         errors(&expected, geometry, window_mm).with_settings(geometry, &outlook.uncertainty)
     };

@@ -1,7 +1,7 @@
 //! Warnings of a plan by what can be expected of it: tolerances that nobody can judge, windows and regions with too few points, a slot's
 //! axis that turns the part.
 
-use super::expected::{ExpectedU, Outlook, error_mm, pose};
+use super::expected::{ExpectedU, Figures, Outlook, error_mm, pose};
 use crate::align::{REGION_LEAST_POINTS, region_places};
 use crate::diagnostic::Diagnostic;
 use crate::measure::surface;
@@ -217,7 +217,7 @@ pub fn axis_reading_warning(outlook: &Outlook) -> Option<Diagnostic> {
     let by_line = AlignmentMethod::Features { hole, slot, slot_reading: SlotReading::CentreLine, point };
     let errors = outlook.pose_errors_mm()?;
     let (worst, error) = outlook.comparison.iter().zip(&errors).max_by(|a, b| a.1.total_cmp(b.1))?;
-    let line = pose(outlook, &by_line, Side::Top);
+    let line = pose(outlook, &by_line, Side::Top, Figures::Scatter);
     let expected = Expected::of(outlook.rig);
     let OpeningStd { turn_rad, tilt_rad, .. } = expected.opening(length_mm, width_mm);
     let source = if outlook.rig.is_some() { "from [rig]" } else { "without [rig]" };
@@ -268,7 +268,7 @@ mod tests {
         let mut plan = demo(SlotReading::CentreLine);
         assert_eq!(tolerance_warnings(&Outlook::of(&plan)), []);
         let u = Outlook::of(&plan).expected_u_mm().unwrap();
-        let own = 2.0 * Expected::of(None).surface_mm(SurfaceMethod::Local, 5.0);
+        let own = 2.0 * Expected::of(None).as_told().surface_mm(SurfaceMethod::Local, 5.0);
         assert!(u[0] > own && u.iter().all(|u| *u < 0.3), "{u:?}");
         (plan.comparison[0].lower_mm, plan.comparison[0].upper_mm) = (-0.9 * u[0], 0.9 * u[0]);
         (plan.comparison[1].lower_mm, plan.comparison[1].upper_mm) = (-1.1 * u[1], 1.1 * u[1]);

@@ -107,9 +107,8 @@ fn the_alignment_errs_as_is_foretold_whatever_holds_the_part() {
 }
 
 /// U of every comparison point as foretold and as told by scans of a perfect part, from either side, flanges included. A scan's own
-/// estimates of scatter and of what neighbours share scatter by a fifth, and the simulator loses one point in four of which the
-/// formulas know nothing, which widens edges and holes by 1.25; form of the part and shadows are left out. So: half to twice, and
-/// on the whole within a quarter.
+/// estimates scatter much: where the middle of a window stands off by chance U is twice as large, and a datum's carries to all points. So
+/// the median over points is asked to be right within a quarter, that of each point over six scans within a factor of 2.
 #[test]
 fn what_a_scan_tells_of_its_uncertainty_was_foretold() {
     let nominal = bracket(&BracketParameters::default());
@@ -119,24 +118,30 @@ fn what_a_scan_tells_of_its_uncertainty_was_foretold() {
     let mut plan = subject.plan.clone();
     plan.scans.view_direction = Some(rig.view_direction);
     let foretold = Outlook { part: Some(&part), ..Outlook::of(&plan) }.expected().expect("the part is held");
-    let mut ratios = Vec::new();
-    for seed in [8201, 8202] {
+    let mut told = vec![Vec::new(); plan.comparison.len()];
+    for seed in 8201..8207 {
         let side = if seed % 2 == 0 { Side::Top } else { Side::Bottom };
         let pose = PoseChoice::side(&subject, side);
         let simulated = simulate_scan(&subject, &rig, &pose, seed, &RunContext::silent()).expect("not cancelled");
         let inspected = inspect_scan(&plan, &part, simulated.cloud, identity());
         let Outcome::Measured(inspection) = &inspected.result.outcome else { panic!("refused") };
-        for (point, foretold) in inspection.points.iter().zip(&foretold) {
-            let Some(told) = &point.measurement else { continue };
-            println!("{side:?} {}: U told {:.3}, foretold {:.3}", point.name, told.uncertainty_mm, foretold.u_mm);
-            ratios.push((point.name.clone(), told.uncertainty_mm / foretold.u_mm));
+        for (point, told) in inspection.points.iter().zip(&mut told) {
+            told.extend(point.measurement.as_ref().map(|m| m.uncertainty_mm));
         }
     }
-    assert!(ratios.len() > plan.comparison.len(), "most points are seen: {}", ratios.len());
-    for (name, ratio) in &ratios {
-        assert!((0.5..2.0).contains(ratio), "{name}: {ratio}");
+    let median = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let mut ratios = Vec::new();
+    for ((point, told), foretold) in plan.comparison.iter().zip(&mut told).zip(&foretold) {
+        assert!(told.len() >= 4, "{} is measured in most scans", point.name);
+        let (told, name) = (median(told), &point.name);
+        println!("{name}: U told {told:.3} (median), foretold {:.3}", foretold.u_mm);
+        assert!((0.5..2.0).contains(&(told / foretold.u_mm)), "{name}: {told} {foretold:?}");
+        ratios.push(told / foretold.u_mm);
     }
-    let mut sorted: Vec<f64> = ratios.iter().map(|(_, ratio)| *ratio).collect();
-    sorted.sort_by(f64::total_cmp);
-    assert!((0.8..1.25).contains(&sorted[sorted.len() / 2]), "{sorted:?}");
+    let of_all = median(&mut ratios);
+    println!("median of told over foretold: {of_all:.2}");
+    assert!((0.8..1.25).contains(&of_all), "{of_all}");
 }

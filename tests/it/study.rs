@@ -11,7 +11,7 @@ use shapeline::simulate::{BracketParameters, PoseChoice, RigModel, Subject, brac
 fn coarse() -> Project {
     let project = Project::new();
     project.change_plan(&[
-        ("resolution_level = 2", "resolution_level = 4"),
+        ("resolution_level = 2\npoint_spacing_mm = 0.6", "resolution_level = 4"),
         ("image_accuracy_px = 0.3", "image_accuracy_px = 0.1"),
     ]);
     project
