@@ -79,14 +79,21 @@ enum Exit {
     Stopped,
 }
 
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        ExitCode::from(match exit {
+impl Exit {
+    /// What scripts see.
+    fn status(self) -> u8 {
+        match self {
             Exit::Good => 0,
             Exit::NotGood => 1,
             Exit::Unusable => 2,
             Exit::Stopped => 130,
-        })
+        }
+    }
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit.status())
     }
 }
 
@@ -188,5 +195,47 @@ fn diagnostic_of(error: ReadError) -> Diagnostic {
     match error {
         ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic) => *diagnostic,
         ReadError::Cancelled(_) => Diagnostic::error("stopped"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    /// The man page without the marks of its notation.
+    fn man_page() -> String {
+        include_str!("../../packaging/shapeline.1")
+            .replace("\\fB", "")
+            .replace("\\fI", "")
+            .replace("\\fR", "")
+            .replace("\\-", "-")
+    }
+
+    #[test]
+    fn the_man_page_has_every_command_option_and_exit_status() {
+        let page = man_page();
+        let (commands, rest) = page.split_once(".SH OPTIONS").expect("a section of options");
+        let program = Arguments::command();
+        let options = |command: &clap::Command, text: &str| {
+            for argument in command.get_arguments().filter(|a| !a.is_hide_set()) {
+                let Some(long) = argument.get_long() else { continue };
+                let name = format!("--{long}");
+                let stands = text.lines().any(|line| line.split([' ', ',']).any(|word| word == name));
+                assert!(stands, "{}: {name} is missing in packaging/shapeline.1", command.get_name());
+            }
+        };
+        options(&program, rest);
+        for command in program.get_subcommands().filter(|c| !c.is_hide_set()) {
+            // From its own line to that of the next command.
+            let own = format!(".TP\n{} ", command.get_name());
+            let (_, after) = commands.split_once(&own).unwrap_or_else(|| panic!("no command {}", command.get_name()));
+            let others = program.get_subcommands().filter_map(|c| after.find(&format!(".TP\n{} ", c.get_name())));
+            options(command, &after[..others.min().unwrap_or(after.len())]);
+        }
+        let states = rest.split_once(".SH EXIT STATUS").expect("a section").1;
+        for exit in [Exit::Good, Exit::NotGood, Exit::Unusable, Exit::Stopped] {
+            assert!(states.contains(&format!(".TP\n.B {}\n", exit.status())), "{exit:?}");
+        }
     }
 }

@@ -38,6 +38,7 @@ pub use action::{Action, Screen};
 pub use app::{App, Setup, install};
 pub use facts::{Facts, FinishedPart, Job, Running, RunningScan, Troubles};
 pub use frame_times::frame_times;
+pub use icon::{mark_png, mark_svg};
 pub use open::open;
 pub use scope::{Scope, ViewState};
 pub use settings::{Settings, ThemeChoice};
