@@ -7,9 +7,9 @@ use crate::diagnostic::{Diagnostic, ReadError};
 use crate::inspect::{
     Foretold, Outlook, axis_reading_warning, check_draft, expected_warnings, foretell, region_warnings,
 };
-use crate::part::Part;
+use crate::part::{Part, PartSettings};
 use crate::plan::document::{Document, PlanProblem};
-use crate::plan::{self, CadSide, Draft, Loaded, OutputFormat};
+use crate::plan::{self, CadSettings, CadSide, Draft, Loaded, OutputFormat};
 use crate::report::{atomic, sequence};
 use crate::run::{Cancelled, RunContext};
 use std::fs;
@@ -35,6 +35,29 @@ pub fn check_document(document: &Document, part: Option<&Part>) -> Vec<PlanProbl
 pub fn prepare_document(document: &Document, run: &RunContext) -> Result<Option<Part>, ReadError> {
     let Loaded { draft, .. } = document.read();
     draft_part(&draft, run).transpose()
+}
+
+/// What of a plan that is being edited its prepared CAD depends on: where it is the same, the CAD need not be prepared again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CadAsked {
+    cad: CadSettings,
+    settings: Option<PartSettings>,
+}
+
+impl CadAsked {
+    /// Of a plan; `None` where it names no CAD.
+    pub fn of(document: &Document) -> Option<Self> {
+        let Draft { cad, part, features, comparison, .. } = document.read().draft;
+        let settings = part.map(|part| {
+            let mut settings = settings_for(part.cad_side, part.thickness_mm, &features, &comparison);
+            // Only of a solid do the plan's points decide what is made of it.
+            if part.cad_side != CadSide::Solid {
+                settings.plan_directions.clear();
+            }
+            settings
+        });
+        Some(Self { cad: cad?, settings })
+    }
 }
 
 /// The plan's own problems and those found beside it, in the order in which they are told.

@@ -19,7 +19,7 @@ mod trial;
 pub mod watch;
 mod words;
 
-pub use check::{check_document, check_plan, foretell_document, foretell_plan, prepare_document};
+pub use check::{CadAsked, check_document, check_plan, foretell_document, foretell_plan, prepare_document};
 pub use examine::{Examiner, part_settings, prepare_part};
 pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
 pub use sequence::run_sequence;

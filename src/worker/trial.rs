@@ -22,6 +22,8 @@ pub struct Trial {
     pub part: Arc<Part>,
     /// The result and the scan with its classes.
     pub inspected: Inspected,
+    /// The result before.
+    pub before: Option<Arc<InspectionResult>>,
     /// Every point before and after.
     pub points: Vec<PointDifference>,
     /// What became of the verdict of the part, in words.
@@ -53,7 +55,7 @@ pub fn try_plan(
     known: Option<(&Plan, &Arc<Part>)>,
     cloud: &PointCloud,
     scan: &Path,
-    before: Option<&InspectionResult>,
+    before: Option<Arc<InspectionResult>>,
     run: &RunContext,
 ) -> Result<Trial, NoTrial> {
     let Some(plan) = document.read().plan else { return Err(not_sound(check_document(document, None))) };
@@ -69,12 +71,12 @@ pub fn try_plan(
     if problems.iter().any(|p| p.diagnostic.severity == Severity::Error) {
         return Err(not_sound(problems));
     }
-    let scan_sha256 = before.and_then(|before| before.identity.scan_sha256.clone());
+    let scan_sha256 = before.as_ref().and_then(|before| before.identity.scan_sha256.clone());
     let identity = identity_of(&plan, &part, scan, scan_sha256);
     let inspected = inspect::inspect(&plan, &part, cloud.clone(), identity, run)?;
-    let points = point_differences(before, &inspected.result);
-    let verdict = verdict_words(before, &inspected.result);
-    Ok(Trial { plan: Arc::new(plan), part, inspected, points, verdict })
+    let points = point_differences(before.as_deref(), &inspected.result);
+    let verdict = verdict_words(before.as_deref(), &inspected.result);
+    Ok(Trial { plan: Arc::new(plan), part, inspected, before, points, verdict })
 }
 
 fn not_sound(problems: Vec<PlanProblem>) -> NoTrial {
@@ -116,7 +118,7 @@ mod tests {
         let cloud = io::read_cloud(&io::read_file(&scan).unwrap(), &scan, LengthUnit::Mm, &run).unwrap();
         let first = try_plan(&document, known, &cloud, &scan, None, &run).unwrap();
         assert!(Arc::ptr_eq(&first.part, &part) && first.points.iter().all(|p| p.before.is_none()));
-        let before = first.inspected.result;
+        let before = Arc::new(first.inspected.result);
         document.set_tolerances(&[1], Some(-0.001), Some(0.001)).unwrap();
         let points = document.read().draft.comparison;
         let Geometry::Surface { position, direction } = points[2].geometry else { panic!() };
@@ -124,7 +126,7 @@ mod tests {
         let at = FieldValue::Numbers(raised.iter().copied().collect());
         document.set_value(List::Comparison, 2, "position", &at).unwrap();
         document.remove(List::Comparison, &[0]).unwrap();
-        let trial = try_plan(&document, known, &cloud, &scan, Some(&before), &run).unwrap();
+        let trial = try_plan(&document, known, &cloud, &scan, Some(before), &run).unwrap();
         let changed: Vec<&str> = trial.points.iter().filter(|p| p.is_change()).map(|p| p.name.as_str()).collect();
         assert_eq!(changed, ["P02", "P03", "P01"]);
         let of = |name: &str| trial.points.iter().find(|p| p.name == name).unwrap();

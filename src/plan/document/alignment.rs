@@ -4,7 +4,7 @@ use super::rows::{rewrite, rows};
 use super::shape::{is_same, set};
 use super::tree::{put, section, take};
 use super::{Document, EditError, FieldValue, Step, Verb};
-use crate::geometry::{Point3, UnitVector3};
+use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::plan::RegionShape;
 use toml_edit::{DocumentMut, Item, TableLike};
 
@@ -34,6 +34,35 @@ pub struct Region {
 }
 
 impl Document {
+    /// The rows of `[[alignment.rps]]`; what of a row cannot be read is as in a new one: no feature, along z.
+    pub fn locks(&self) -> Vec<Lock> {
+        let Ok(tree) = self.tree() else { return Vec::new() };
+        let lock = |row: &dyn TableLike| Lock {
+            feature: row.get("feature").and_then(Item::as_str).unwrap_or_default().to_owned(),
+            lock: triple(row, "lock").and_then(|v| UnitVector3::try_new(v, 0.0)).unwrap_or(Vector3::z_axis()),
+        };
+        rows(tree, RPS).into_iter().map(lock).collect()
+    }
+
+    /// The rows of `[[alignment.region]]`; what of a row cannot be read is as in a new one: a ball of 10 mm around the origin.
+    pub fn regions(&self) -> Vec<Region> {
+        let Ok(tree) = self.tree() else { return Vec::new() };
+        let number = |row: &dyn TableLike, key: &str| match row.get(key).map(FieldValue::of) {
+            Some(FieldValue::Number(v)) => Some(v),
+            _ => None,
+        };
+        let region = |row: &dyn TableLike| Region {
+            name: row.get("name").and_then(Item::as_str).unwrap_or_default().to_owned(),
+            centre: triple(row, "centre").map_or(Point3::origin(), Point3::from),
+            shape: match triple(row, "size_mm") {
+                Some(size_mm) => RegionShape::Box { size_mm },
+                None => RegionShape::Ball { radius_mm: number(row, "radius_mm").unwrap_or(10.0) },
+            },
+            weight: number(row, "weight").unwrap_or(1.0),
+        };
+        rows(tree, REGION).into_iter().map(region).collect()
+    }
+
     /// Holds the part by a hole, a slot and a surface point, by name. Keys of other methods are left out.
     ///
     /// # Errors
@@ -108,6 +137,13 @@ fn write_region(row: &mut dyn TableLike, region: &Region) -> Result<(), EditErro
         put_other(row, "weight", &FieldValue::Number(region.weight), false)?;
     }
     Ok(())
+}
+
+fn triple(row: &dyn TableLike, key: &str) -> Option<Vector3> {
+    match row.get(key).map(FieldValue::of) {
+        Some(FieldValue::Numbers(v)) => <[f64; 3]>::try_from(v).ok().map(Vector3::from),
+        _ => None,
+    }
 }
 
 /// Puts a value where it is another.

@@ -16,6 +16,25 @@ pub struct Change {
     pub subject: String,
     /// What became of it.
     pub what: String,
+    /// Where, for who wants to take it back.
+    pub at: ChangedAt,
+}
+
+/// Where something changed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ChangedAt {
+    /// A key of a table of settings.
+    Setting(&'static str, &'static str),
+    /// A key of a row, by the name that it has now.
+    Key(List, String, String),
+    /// A row that was not there, by its name.
+    Added(List, String),
+    /// A row that is gone, by its name and its index then.
+    Removed(List, String, usize),
+    /// A row with another name: its name then, its name now.
+    Renamed(List, String, String),
+    /// Something that only undo takes back.
+    Other,
 }
 
 impl fmt::Display for Change {
@@ -24,12 +43,23 @@ impl fmt::Display for Change {
     }
 }
 
+impl Change {
+    fn other(subject: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { subject: subject.into(), what: what.into(), at: ChangedAt::Other }
+    }
+
+    /// Whether [`Document::take_back`] can take it back by itself.
+    pub fn can_be_taken_back(&self) -> bool {
+        self.at != ChangedAt::Other
+    }
+}
+
 impl Document {
     /// What changed since the plan was saved, the settings first, then features and points in their order. Of a plan that was
     /// never saved it is one line.
     pub fn changes(&self) -> Vec<Change> {
         if self.saved.is_none() {
-            return vec![Change { subject: "plan".into(), what: "new".into() }];
+            return vec![Change::other("plan", "new")];
         }
         changes(self.saved_text(), &self.text)
     }
@@ -46,7 +76,7 @@ fn changes(old: &str, new: &str) -> Vec<Change> {
         return Vec::new();
     }
     let (Ok(before), Ok(after)) = (tree::parse(old), tree::parse(new)) else {
-        return vec![Change { subject: "plan".into(), what: "edited as text, which cannot be read as TOML".into() }];
+        return vec![Change::other("plan", "edited as text, which cannot be read as TOML")];
     };
     let mut found = Vec::new();
     top(&before, &after, &mut found);
@@ -59,38 +89,40 @@ fn changes(old: &str, new: &str) -> Vec<Change> {
     }
     settings(&before, &after, "comparison_file", &["file"], &mut found);
     if found.is_empty() {
-        found.push(Change { subject: "plan".into(), what: "comments or layout".into() });
+        found.push(Change::other("plan", "comments or layout"));
     }
     found
 }
 
 fn top(before: &DocumentMut, after: &DocumentMut, found: &mut Vec<Change>) {
     let value = |tree: &DocumentMut| tree.get("schema").map(FieldValue::of);
-    compare("schema", "", value(before), value(after), false, found);
+    if let Some(what) = from_to("", value(before).as_ref(), value(after).as_ref(), false) {
+        found.push(Change::other("schema", what));
+    }
 }
 
-fn settings(before: &DocumentMut, after: &DocumentMut, table: &str, keys: &[&str], found: &mut Vec<Change>) {
+fn settings(
+    before: &DocumentMut,
+    after: &DocumentMut,
+    table: &'static str,
+    keys: &[&'static str],
+    found: &mut Vec<Change>,
+) {
     let value = |tree: &DocumentMut, key: &str| {
         let item = tree.get(table)?.as_table_like()?.get(key)?;
         (!item.is_none()).then(|| FieldValue::of(item))
     };
     for key in keys.iter().filter(|key| !["rps", "region"].contains(key)) {
         let (label, unit) = words::key(table, key);
-        compare(label, unit, value(before, key), value(after, key), *key == "view_direction", found);
-    }
-}
-
-/// `sheet thickness: 1.200 -> 1.500 mm`.
-fn compare(
-    label: &str,
-    unit: &str,
-    before: Option<FieldValue>,
-    after: Option<FieldValue>,
-    direction: bool,
-    found: &mut Vec<Change>,
-) {
-    if let Some(what) = from_to(unit, before.as_ref(), after.as_ref(), direction) {
-        found.push(Change { subject: label.to_owned(), what });
+        // `sheet thickness: 1.200 -> 1.500 mm`.
+        let (old, new) = (value(before, key), value(after, key));
+        if let Some(what) = from_to(unit, old.as_ref(), new.as_ref(), *key == "view_direction") {
+            let at = match table {
+                "comparison_file" => ChangedAt::Other,
+                _ => ChangedAt::Setting(table, key),
+            };
+            found.push(Change { subject: label.to_owned(), what, at });
+        }
     }
 }
 
@@ -133,7 +165,7 @@ fn held_by(before: &DocumentMut, after: &DocumentMut, found: &mut Vec<Change>) {
                 (None, Some(b)) => format!("added ({b})"),
                 _ => continue,
             };
-            found.push(Change { subject: format!("{what} {}", k + 1), what: what_became });
+            found.push(Change::other(format!("{what} {}", k + 1), what_became));
         }
     }
 }
@@ -143,21 +175,23 @@ fn listed(before: &[RowInfo], after: &[RowInfo], list: List, found: &mut Vec<Cha
     let partners = partners(before, after);
     let taken: Vec<usize> = partners.iter().flatten().copied().collect();
     for (k, row) in before.iter().enumerate().filter(|(k, _)| !taken.contains(k)) {
-        found.push(Change { subject: row.label(list, k), what: format!("{} removed", list.word()) });
+        let at = ChangedAt::Removed(list, row.name.clone(), k);
+        found.push(Change { subject: row.label(list, k), what: format!("{} removed", list.word()), at });
     }
     for (k, row) in after.iter().enumerate() {
         match partners[k] {
             None => {
                 let what = format!("{} added ({})", list.word(), row.kind);
-                found.push(Change { subject: row.label(list, k), what });
+                let at = ChangedAt::Added(list, row.name.clone());
+                found.push(Change { subject: row.label(list, k), what, at });
             }
-            Some(old) => row_changes(&before[old], row, &row.label(list, k), found),
+            Some(old) => row_changes(&before[old], row, list, &row.label(list, k), found),
         }
     }
     let order: Vec<usize> = partners.into_iter().flatten().collect();
     if !order.is_sorted() {
         let what = "in another order".to_owned();
-        found.push(Change { subject: format!("{}s", list.word()), what });
+        found.push(Change::other(format!("{}s", list.word()), what));
     }
 }
 
@@ -183,10 +217,11 @@ fn partners(before: &[RowInfo], after: &[RowInfo]) -> Vec<Option<usize>> {
     partners
 }
 
-pub(super) fn row_changes(before: &RowInfo, after: &RowInfo, subject: &str, found: &mut Vec<Change>) {
-    let mut tell = |what: String| found.push(Change { subject: subject.to_owned(), what });
+pub(super) fn row_changes(before: &RowInfo, after: &RowInfo, list: List, subject: &str, found: &mut Vec<Change>) {
+    let mut tell = |what: String, at: ChangedAt| found.push(Change { subject: subject.to_owned(), what, at });
     if before.name != after.name {
-        tell(format!("was {}", before.name));
+        let at = ChangedAt::Renamed(list, before.name.clone(), after.name.clone());
+        tell(format!("was {}", before.name), at);
     }
     let old_keys = before.values.iter().map(|(key, _)| key.as_str()).filter(|key| after.value(key).is_none());
     let keys: Vec<&str> = after.values.iter().map(|(key, _)| key.as_str()).chain(old_keys).collect();
@@ -194,14 +229,15 @@ pub(super) fn row_changes(before: &RowInfo, after: &RowInfo, subject: &str, foun
         let (label, unit) = words::row_key(key);
         let is_direction = ["axis", "direction", "normal"].contains(&key);
         let (old, new) = (before.value(key), after.value(key));
+        let at = || ChangedAt::Key(list, after.name.clone(), key.to_owned());
         match (place(old), place(new)) {
             (Some(a), Some(b)) if ["position", "centre"].contains(&key) && a != b => {
                 let places = from_to("mm", old, new, false).unwrap_or_default();
-                tell(format!("moved by {:.3} mm, {label} {places}", (b - a).norm()));
+                tell(format!("moved by {:.3} mm, {label} {places}", (b - a).norm()), at());
             }
             _ => {
                 if let Some(what) = from_to(unit, old, new, is_direction) {
-                    tell(format!("{label} {what}"));
+                    tell(format!("{label} {what}"), at());
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::names::{is_good, next};
 use super::rows::{self, new_row, push, row_mut, shift};
 use super::{At, Document, EditError, FieldValue, LISTED_KEYS, PlanProblem, Step, Verb, shape, words};
 use crate::diagnostic::Severity;
-use crate::plan::{ComparisonPoint, Feature, Geometry, SurfaceFit};
+use crate::plan::{ComparisonPoint, Feature, Geometry, SurfaceFit, SurfaceMethod};
 use std::path::PathBuf;
 use toml_edit::{DocumentMut, Item, TableLike};
 
@@ -65,6 +65,43 @@ impl PointSpec {
     /// A feature.
     pub fn feature(name: impl Into<String>, geometry: Geometry) -> Self {
         Self::point(name, geometry, 0.0, 0.0)
+    }
+}
+
+impl PointSpec {
+    /// The keys of its row with what they hold, name and kind left out, in the order of a form.
+    pub fn values(&self, list: List) -> Vec<(&'static str, FieldValue)> {
+        let mut values = shape::values(&self.geometry, list);
+        if list == List::Comparison {
+            if matches!(self.geometry, Geometry::Surface { .. }) {
+                let plane = self.surface_fit.method == SurfaceMethod::Plane;
+                values.extend(plane.then(|| ("method", FieldValue::Text("plane".to_owned()))));
+                values.extend(self.surface_fit.radius_mm.map(|r| ("radius_mm", FieldValue::Number(r))));
+            }
+            values.push(("lower_mm", FieldValue::Number(self.lower_mm)));
+            values.push(("upper_mm", FieldValue::Number(self.upper_mm)));
+        }
+        values
+    }
+
+    /// The same with another value of one key, `None` leaving it out; `None` where the key cannot hold that: a direction without
+    /// length, a number where text should be, a key of another kind.
+    #[must_use]
+    pub fn with_value(&self, key: &str, value: Option<&FieldValue>) -> Option<Self> {
+        let mut spec = self.clone();
+        match (key, value) {
+            ("name", Some(FieldValue::Text(name))) => spec.name.clone_from(name),
+            ("lower_mm", Some(FieldValue::Number(v))) => spec.lower_mm = *v,
+            ("upper_mm", Some(FieldValue::Number(v))) => spec.upper_mm = *v,
+            ("method", None) => spec.surface_fit.method = SurfaceMethod::Local,
+            ("method", Some(FieldValue::Text(word))) => {
+                spec.surface_fit.method = if word == "plane" { SurfaceMethod::Plane } else { SurfaceMethod::Local };
+            }
+            ("radius_mm", None) => spec.surface_fit.radius_mm = None,
+            ("radius_mm", Some(FieldValue::Number(v))) => spec.surface_fit.radius_mm = Some(*v),
+            _ => shape::set_key(&mut spec.geometry, key, value)?,
+        }
+        Some(spec)
     }
 }
 

@@ -144,7 +144,7 @@ fn change_of(row: &dyn TableLike, point: &PointSpec) -> Result<RowChange, EditEr
     row.iter().for_each(|(key, item)| drop(copy.insert(key, item.clone())));
     write_point(&mut copy, point, List::Comparison)?;
     let mut changes = Vec::new();
-    row_changes(&RowInfo::of(row), &RowInfo::of(&copy), &point.name, &mut changes);
+    row_changes(&RowInfo::of(row), &RowInfo::of(&copy), List::Comparison, &point.name, &mut changes);
     Ok(if changes.is_empty() { RowChange::Same } else { RowChange::Changed(changes) })
 }
 

@@ -31,6 +31,7 @@ mod settings;
 mod shape;
 #[cfg(test)]
 mod table_tests;
+mod take_back;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -39,7 +40,7 @@ mod words;
 mod words_tests;
 
 pub use alignment::{Lock, Region};
-pub use changes::Change;
+pub use changes::{Change, ChangedAt};
 pub use csv::{CsvStyle, csv_of_points};
 pub use edit_error::EditError;
 pub use fields::{List, PointSpec, RowInfo};
@@ -148,6 +149,13 @@ impl Document {
             copy.history = History::default();
         }
         Ok(copy)
+    }
+
+    /// The same text without its steps: small enough to be handed to another thread at every change.
+    pub fn snapshot(&self) -> Self {
+        let (path, text) = (self.path.clone(), self.text.clone());
+        let (layout, saved) = (self.layout, self.saved.clone());
+        Self { path, layout, text, saved, history: History::default(), parsed: OnceLock::new() }
     }
 
     /// What the program makes of the text: the plan or what of it is sound, and the problems of the text alone, as

@@ -78,6 +78,38 @@ pub(super) fn read(row: &RowInfo, list: List) -> Option<Geometry> {
     })
 }
 
+/// Gives one key of a shape another value; `None` where it cannot hold that.
+pub(super) fn set_key(geometry: &mut Geometry, key: &str, value: Option<&FieldValue>) -> Option<()> {
+    let triple = || match value {
+        Some(FieldValue::Numbers(v)) => <[f64; 3]>::try_from(v.as_slice()).ok().map(Vector3::from),
+        _ => None,
+    };
+    let place_of = || triple().map(Point3::from);
+    let along = || triple().and_then(|v| UnitVector3::try_new(v, 1e-9));
+    let number = || match value {
+        Some(FieldValue::Number(v)) => Some(*v),
+        _ => None,
+    };
+    match (geometry, key) {
+        (Geometry::Surface { position, .. } | Geometry::Edge { position, .. }, "position") => *position = place_of()?,
+        (Geometry::Hole { centre, .. } | Geometry::Slot { centre, .. }, "position" | "centre") => *centre = place_of()?,
+        (
+            Geometry::Surface { direction, .. } | Geometry::Edge { direction, .. } | Geometry::Slot { direction, .. },
+            "direction",
+        ) => *direction = along()?,
+        (Geometry::Hole { direction, .. }, "direction") => {
+            *direction = value.map(|_| along()).map_or(Some(None), |d| d.map(Some))?
+        }
+        (Geometry::Edge { normal, .. }, "normal") => *normal = along()?,
+        (Geometry::Hole { axis, .. } | Geometry::Slot { axis, .. }, "axis") => *axis = along()?,
+        (Geometry::Hole { diameter_mm, .. }, "diameter_mm") => *diameter_mm = number()?,
+        (Geometry::Slot { length_mm, .. }, "length_mm") => *length_mm = number()?,
+        (Geometry::Slot { width_mm, .. }, "width_mm") => *width_mm = number()?,
+        _ => return None,
+    }
+    Some(())
+}
+
 fn plain(v: f64) -> f64 {
     if v.abs() < 1e6 { (v * DECIMALS).round() / DECIMALS + 0.0 } else { v }
 }

@@ -252,6 +252,7 @@ fn names_and_what_refers_to_them_change_together() {
     let locks =
         [("H7", Vector3::x_axis()), ("S1", Vector3::y_axis())].map(|(f, lock)| Lock { feature: f.into(), lock });
     document.hold_by_locks(&locks).unwrap();
+    assert_eq!(document.locks(), locks);
     document.rename(List::Feature, 0, "H8").unwrap();
     assert!(
         document.text().contains("feature = \"H8\"\nlock = [1.0, 0.0, 0.0]")
@@ -439,4 +440,33 @@ fn a_row_tells_its_shape_as_long_as_it_is_whole() {
     assert!(document.rows(List::Comparison)[0].geometry(List::Comparison).is_some());
     document.set_value(List::Comparison, 0, "position", &FieldValue::Numbers(vec![1.0, 2.0])).unwrap();
     assert!(document.rows(List::Comparison)[0].geometry(List::Comparison).is_none());
+}
+
+#[test]
+fn a_point_not_in_the_plan_yet_is_typed_key_by_key() {
+    let mut spec = PointSpec::point("P07", surface(1.0), -0.5, 0.5);
+    let typed = [
+        ("name", Some(FieldValue::Text("Rib".into()))),
+        ("position", Some(FieldValue::Numbers(vec![1.0, 2.0, 3.0]))),
+        ("direction", Some(FieldValue::Numbers(vec![0.0, 3.0, 4.0]))),
+        ("radius_mm", Some(FieldValue::Number(2.5))),
+        ("method", Some(FieldValue::Text("plane".into()))),
+        ("upper_mm", Some(FieldValue::Number(0.2))),
+    ];
+    for (key, value) in &typed {
+        spec = spec.with_value(key, value.as_ref()).unwrap();
+    }
+    let mut document = open(FULL);
+    let row = document.add(POINTS, &[spec.clone()]).unwrap();
+    // What a form shows of it is what its row holds.
+    let info = &document.rows(POINTS)[row];
+    for (key, value) in spec.values(POINTS) {
+        assert_eq!(info.value(key), Some(&value), "{key}");
+    }
+    assert_eq!(info.value("direction"), Some(&FieldValue::Numbers(vec![0.0, 0.6, 0.8])));
+    assert_eq!((info.name.as_str(), info.values.len()), ("Rib", spec.values(POINTS).len() + 2));
+    assert_eq!(spec.with_value("direction", Some(&FieldValue::Numbers(vec![0.0; 3]))), None);
+    assert_eq!(spec.with_value("diameter_mm", Some(&FieldValue::Number(1.0))), None);
+    assert_eq!(spec.with_value("upper_mm", Some(&FieldValue::Text("wide".into()))), None);
+    assert_eq!(spec.with_value("radius_mm", None).unwrap().values(POINTS).len(), spec.values(POINTS).len() - 1);
 }
