@@ -82,6 +82,25 @@ picture operator_done
 xdotool key ctrl+2
 sleep 2
 picture results
+# The engineer's password is set by typing it twice, then the plan is open.
+xdotool key ctrl+3
+sleep 1
+picture engineer_locked
+xdotool type --delay 30 "blech und rand"
+xdotool key Tab sleep 0.3
+xdotool type --delay 30 "blech und rand"
+xdotool key Return
+password() { grep -q '^engineer_password = "\$argon2id' "$XDG_CONFIG_HOME/shapeline/window.toml"; }
+wait_for "the password" password
+sleep 4
+picture engineer
+if [ "$width" -ge 1600 ]; then
+  # A new point on the trimmed edge, proposed by a click.
+  xdotool mousemove 1058 606 key e sleep 0.5 click 1
+  sleep 3
+  picture engineer_draft
+  xdotool key Escape sleep 0.2 key Escape
+fi
 xdotool key ctrl+1 sleep 0.3 key F1
 sleep 1
 picture help

@@ -1,6 +1,6 @@
 //! What a person can ask of the window. Views collect these; `App` carries them out, after everything is drawn.
 
-use super::engineer::Edit;
+use super::engineer::{Command, Edit};
 use super::settings::ThemeChoice;
 use super::text::Language;
 use crate::diagnostic::Diagnostic;
@@ -25,7 +25,7 @@ impl Screen {
     pub const ALL: [Screen; 4] = [Screen::Operator, Screen::Results, Screen::Engineer, Screen::Merge];
 
     /// Those that this version has.
-    pub const BUILT: [Screen; 2] = [Screen::Operator, Screen::Results];
+    pub const BUILT: [Screen; 3] = [Screen::Operator, Screen::Results, Screen::Engineer];
 
     /// The key of its name among the texts.
     pub fn key(self) -> &'static str {
@@ -81,6 +81,10 @@ pub enum Action {
     Dismiss,
     /// Change the plan that is edited.
     Edit(Edit),
+    /// What else the engineer asks for.
+    Engineer(Command),
+    /// Close the window, whatever was asked about it.
+    Close,
     /// The whole screen, or a window.
     FullScreen,
 }

@@ -2,6 +2,9 @@
 
 use super::action::{Action, Screen};
 use super::bridge::{Bridge, Job};
+use super::clock::Clock;
+use super::engineer::desk::Desk;
+use super::engineer::lock::Lock;
 use super::engineer::{self, EngineerView};
 use super::facts::Facts;
 use super::operator;
@@ -22,6 +25,8 @@ pub struct Setup {
     pub plan: Option<PathBuf>,
     /// Where settings are kept; `None` = nowhere.
     pub settings_file: Option<PathBuf>,
+    /// What time it is.
+    pub clock: Clock,
     /// Where the demo project is unpacked to at the first start; `None` = nowhere, and no demo.
     pub data_folder: Option<PathBuf>,
 }
@@ -36,6 +41,10 @@ pub struct App {
     pub(super) dialog: dialog::Dialog,
     results: ResultsView,
     pub(super) engineer: EngineerView,
+    pub(super) lock: Lock,
+    pub(super) desk: Desk,
+    /// The plan that is to be read again when the sequence has ended.
+    pub(super) reload: Option<PathBuf>,
     pictures: Painter,
     actions: Vec<Action>,
 }
@@ -46,6 +55,9 @@ impl App {
         let waker = ctx.clone();
         let bridge = Bridge::start(move || waker.request_repaint())
             .map_err(|e| Diagnostic::error(format!("the worker cannot be started: {e}")))?;
+        let waker = ctx.clone();
+        let desk = Desk::start(move || waker.request_repaint())
+            .map_err(|e| Diagnostic::error(format!("the threads for editing cannot be started: {e}")))?;
         let settings = setup.settings_file.as_deref().map_or_else(Settings::default, Settings::read);
         ctx.set_theme(settings.theme.preference());
         let mut app = Self {
@@ -57,6 +69,9 @@ impl App {
             dialog: dialog::Dialog::default(),
             results: ResultsView::default(),
             engineer: EngineerView::default(),
+            lock: Lock::default(),
+            desk,
+            reload: None,
             pictures: Painter::start(ctx),
             actions: Vec::new(),
         };
@@ -79,6 +94,16 @@ impl App {
         &self.settings
     }
 
+    /// What is looked at on the engineer's screen; for tests.
+    pub fn engineer(&self) -> &EngineerView {
+        &self.engineer
+    }
+
+    /// The same, to be changed as a click into the 3D view would; for tests, which have no OpenGL.
+    pub fn engineer_mut(&mut self) -> &mut EngineerView {
+        &mut self.engineer
+    }
+
     /// Opens a plan, or asks for anything else, as a press of a button would.
     pub fn ask(&mut self, action: Action) {
         self.actions.push(action);
@@ -93,9 +118,16 @@ impl App {
             self.actions.push(action);
         }
         keys::collect(ctx, &self.facts, &self.view, self.settings.magnification(), &mut self.actions);
+        self.guard_close(ctx);
         dialog::dropped(ctx, &mut self.actions);
         for action in std::mem::take(&mut self.actions) {
             perform::action(self, ctx, action);
+        }
+        engineer::tick(self, ctx);
+        if self.facts.running().is_none()
+            && let Some(path) = self.reload.take()
+        {
+            engineer::reload(self, path);
         }
         // Seconds go on while a part is at hand; else nothing moves by itself.
         if self.facts.running().is_some_and(|running| running.scan.is_some()) {
@@ -116,11 +148,14 @@ impl App {
             words: Words::of(self.settings.language),
             theme,
             settings: &self.settings,
+            settings_file: self.setup.settings_file.as_deref(),
+            lock: &self.lock,
+            now: self.setup.clock.now(),
             actions: &mut self.actions,
         };
         let screen = self.view.screen;
         bar::top_ui(ui, &mut scope);
-        bar::status_ui(ui, &mut scope);
+        bar::status_ui(ui, &mut scope, &self.engineer);
         // On the operator's screen nothing may move.
         if screen != Screen::Operator {
             messages::message_ui(ui, &mut scope);
@@ -133,9 +168,19 @@ impl App {
         });
         help::help_ui(ui, &mut scope);
         dialog::typed_path_ui(ui, &mut scope);
+        engineer::leave_ui(ui, &mut scope);
         dialog::drop_hint_ui(ui, &scope);
         if !self.actions.is_empty() {
             ui.ctx().request_repaint();
+        }
+    }
+
+    /// A window with work that is not saved asks before it closes.
+    fn guard_close(&mut self, ctx: &egui::Context) {
+        let unsaved = self.facts.editing.as_ref().is_some_and(|editing| editing.document.is_modified());
+        if unsaved && ctx.input(|i| i.viewport().close_requested()) {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.view.leaving = Some(Action::Close);
         }
     }
 
@@ -172,6 +217,10 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        // What is not saved is never lost, however the window ends.
+        if let Some(editing) = self.facts.editing.as_ref().filter(|e| e.recovery.is_none()) {
+            let _ = crate::worker::plan_file::autosave(&editing.document);
+        }
         self.keep_settings();
     }
 }

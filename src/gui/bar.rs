@@ -1,6 +1,7 @@
 //! The bar above every screen (tabs, Open, View, Help) and the line below it.
 
 use super::action::{Action, Screen};
+use super::engineer::{Command, EngineerView};
 use super::fonts;
 use super::icon::BEND;
 use super::scope::Scope;
@@ -8,7 +9,7 @@ use super::settings::{SCALES, Settings, ThemeChoice, WindowPlace};
 use super::text::{Language, typed_number};
 use super::theme::size;
 use super::widgets::buttons::{self, Weight};
-use super::widgets::words;
+use super::widgets::{sign, words};
 use egui::{
     Align2, Frame, Margin, Panel, Popup, PopupCloseBehavior, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2,
     vec2,
@@ -34,7 +35,7 @@ pub(super) fn top_ui(ui: &mut Ui, scope: &mut Scope) {
         for screen in Screen::BUILT {
             x = tab_ui(ui, place, x, screen, scope);
         }
-        menus_ui(ui, place, scope);
+        menus_ui(ui, place, x, scope);
     });
 }
 
@@ -53,7 +54,9 @@ fn tab_ui(ui: &mut Ui, place: Rect, x: f32, screen: Screen, scope: &mut Scope) -
     let text = scope.words.text(screen.key());
     let chosen = scope.view.screen == screen;
     let font = if chosen { fonts::semibold(size::CARD) } else { fonts::regular(size::CARD) };
-    let wide = words::width(ui, text, fonts::semibold(size::CARD)) + 48.0;
+    // The engineer's tab bears a lock.
+    let lock_room = if screen == Screen::Engineer { 22.0 } else { 0.0 };
+    let wide = words::width(ui, text, fonts::semibold(size::CARD)) + 48.0 + lock_room;
     let tab = Rect::from_min_size(pos2(x, place.top()), vec2(wide, place.height()));
     let response = ui.interact(tab, ui.scope_id().with(("tab", screen)), Sense::click());
     response.widget_info(|| WidgetInfo::selected(Role::Tab, true, chosen, text));
@@ -62,7 +65,12 @@ fn tab_ui(ui: &mut Ui, place: Rect, x: f32, screen: Screen, scope: &mut Scope) -
         ui.painter().rect_stroke(tab.shrink(3.0), 4, Stroke::new(2.0, theme.accent), egui::StrokeKind::Inside);
     }
     let colour = if chosen || response.hovered() { theme.text } else { theme.quiet };
-    ui.painter().text(tab.center(), Align2::CENTER_CENTER, text, font, colour);
+    let centre = tab.center() - vec2(0.5 * lock_room, 0.0);
+    let written = ui.painter().text(centre, Align2::CENTER_CENTER, text, font, colour);
+    if lock_room > 0.0 {
+        let at = pos2(written.right() + 15.0, tab.center().y);
+        sign::padlock(ui.painter(), at, scope.lock.is_open(scope.now), colour);
+    }
     if chosen {
         let under = Rect::from_min_max(pos2(tab.left(), tab.bottom() - 3.0), tab.max);
         ui.painter().rect_filled(under, 0, theme.accent);
@@ -74,11 +82,11 @@ fn tab_ui(ui: &mut Ui, place: Rect, x: f32, screen: Screen, scope: &mut Scope) -
 }
 
 /// Help, View and Open, from the right.
-fn menus_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
-    let words = scope.words;
+fn menus_ui(ui: &mut Ui, place: Rect, tabs_end: f32, scope: &mut Scope) {
+    let texts = scope.words;
     let mut right = place.right() - 16.0;
     let mut next = |ui: &mut Ui, key: &str| {
-        let text = words.text(key);
+        let text = texts.text(key);
         let wide = (words::width(ui, text, fonts::semibold(size::BAR)) + 32.0).max(72.0);
         let button = Rect::from_min_max(pos2(right - wide, place.top() + 8.0), pos2(right, place.bottom() - 8.0));
         right = button.left() - 12.0;
@@ -87,6 +95,32 @@ fn menus_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     let help = next(ui, "bar.help");
     let view = next(ui, "bar.view");
     let open = next(ui, "bar.open");
+    let left = scope.lock.left(scope.now).filter(|_| scope.view.screen == Screen::Engineer);
+    if let Some(left) = left {
+        let lock = next(ui, "lock.now");
+        if lock.clicked() {
+            scope.ask(Action::Engineer(Command::LockNow));
+        }
+        // Where there is room for it: how long it stays open.
+        let seconds = left.as_secs();
+        let time = format!("{}:{:02}", seconds / 60, seconds % 60);
+        let text = texts.fill("lock.left", &[("time", &time)]);
+        let wide = words::width(ui, &text, fonts::regular(size::TABLE));
+        let note = Rect::from_min_max(
+            pos2(lock.rect.left() - 16.0 - wide, place.top()),
+            pos2(lock.rect.left() - 16.0, place.bottom()),
+        );
+        if note.left() > tabs_end + 24.0 {
+            words::line(
+                ui,
+                note.expand2(vec2(1.0, 0.0)),
+                Align2::RIGHT_CENTER,
+                &text,
+                fonts::regular(size::TABLE),
+                scope.theme.quiet,
+            );
+        }
+    }
     if help.clicked() {
         scope.ask(Action::Help(true));
     }
@@ -185,22 +219,42 @@ fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
 }
 
 /// The line at the bottom: where reports go, and what this shift brought.
-pub(super) fn status_ui(ui: &mut Ui, scope: &mut Scope) {
+pub(super) fn status_ui(ui: &mut Ui, scope: &mut Scope, engineer: &EngineerView) {
     let frame = Frame::NONE.fill(scope.theme.panel).inner_margin(Margin::symmetric(16, 0));
     Panel::bottom("status").frame(frame).exact_size(28.0).show_separator_line(true).show(ui, |ui| {
         let place = ui.max_rect();
-        let words = scope.words;
+        let texts = scope.words;
+        let (font, colour) = (fonts::regular(size::TABLE), scope.theme.quiet);
+        if scope.view.screen == Screen::Engineer {
+            let [left, right] = engineer_status(scope, engineer);
+            words::line(ui, place, Align2::RIGHT_CENTER, &right, font.clone(), colour);
+            let end = place.right() - words::width(ui, &right, font.clone()) - 24.0;
+            words::line(ui, place.with_max_x(end), Align2::LEFT_CENTER, &left, font, colour);
+            return;
+        }
         let left = match &scope.facts.plan {
-            Some(plan) => words.fill("status.reports", &[("folder", &plan.output.folder)]),
+            Some(plan) => texts.fill("status.reports", &[("folder", &plan.output.folder)]),
             None => String::new(),
         };
-        let (font, colour) = (fonts::regular(size::TABLE), scope.theme.quiet);
         let shift = shift_words(scope);
         // What this shift brought is shown whole; where reports go gets the rest.
         let right = place.right() - words::width(ui, &shift, font.clone());
         words::line(ui, place, Align2::RIGHT_CENTER, &shift, font.clone(), colour);
         words::line(ui, place.with_max_x(right - 24.0), Align2::LEFT_CENTER, &left, font, colour);
     });
+}
+
+/// Whether the plan can be changed and what is under the pointer; how large the CAD is.
+fn engineer_status(scope: &Scope, engineer: &EngineerView) -> [String; 2] {
+    let words = scope.words;
+    if !scope.lock.is_open(scope.now) {
+        return [words.text("lock.status_locked").to_owned(), String::new()];
+    }
+    let cursor = engineer.view3d.cursor_words(words);
+    let left = [Some(words.text("lock.status_open").to_owned()), cursor].into_iter().flatten().collect::<Vec<_>>();
+    let part = scope.facts.editing.as_ref().and_then(|editing| editing.part.as_ref());
+    let right = part.map(|part| words.count("engineer.triangles", part.mesh.triangles.len()));
+    [left.join("      "), right.unwrap_or_default()]
 }
 
 /// What this shift brought, in words: only what there was.

@@ -4,16 +4,20 @@
 //! generation of its job; `Bridge::events` drops those of jobs that are given up, and nothing else looks at generations.
 
 use crate::diagnostic::{Diagnostic, ReadError};
-use crate::inspect::Inspected;
+use crate::geometry::LengthUnit;
+use crate::inspect::{Inspected, InspectionResult};
+use crate::io;
 use crate::part::Part;
+use crate::plan::document::Document;
 use crate::plan::{self, Draft, Plan};
 use crate::run::{CancelToken, RunContext, Stage};
 use crate::worker::scans::{Links, list_scans};
 use crate::worker::{
-    self, Examiner, SequenceRequest, SequenceSummary, StopSwitch, check_plan, prepare_part, run_sequence,
+    self, Examiner, NoTrial, SequenceRequest, SequenceSummary, StopSwitch, Trial, check_plan, prepare_part,
+    run_sequence,
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
@@ -40,9 +44,26 @@ pub enum Job {
         /// What it is held to.
         part: Arc<Part>,
     },
+    /// Try the plan that is edited on a scan.
+    Try(Box<TryOrder>),
     /// A fault on purpose.
     #[cfg(test)]
     Panic,
+}
+
+/// A plan that is edited, and a scan to try it on.
+#[derive(Debug)]
+pub struct TryOrder {
+    /// The plan.
+    pub document: Document,
+    /// Its version, which is given back.
+    pub version: u64,
+    /// The plan on the disk with its CAD.
+    pub known: Option<(Arc<Plan>, Arc<Part>)>,
+    /// What that one made of the scan, if it was inspected.
+    pub before: Option<Arc<InspectionResult>>,
+    /// The scan.
+    pub scan: PathBuf,
 }
 
 /// What the worker tells.
@@ -64,6 +85,13 @@ pub enum Event {
         inspected: Box<Inspected>,
         /// How long it took.
         took: Duration,
+    },
+    /// A plan that is edited was tried, or why not.
+    Tried {
+        /// Its version.
+        version: u64,
+        /// What came out.
+        trial: Result<Box<Trial>, NoTrial>,
     },
     /// The job was given up because of a fault.
     Failed(Diagnostic),
@@ -191,6 +219,7 @@ fn carry_out(job: Job, stop: &StopSwitch, teller: &Teller) {
             teller.tell(Event::Ended(summary, scans));
         }
         Job::Fetch { at, scan, plan, part } => fetch(at, scan, Examiner { plan, part }, &stop.now, teller),
+        Job::Try(order) => try_on(*order, &stop.now, teller),
         #[cfg(test)]
         Job::Panic => panic!("a fault on purpose"),
     }));
@@ -234,6 +263,43 @@ fn fetch(at: usize, scan: PathBuf, examiner: Examiner, cancel: &CancelToken, tel
     if let Ok(inspected) = examiner.look_again(&scan, &RunContext::new(cancel, &observe)) {
         teller.tell(Event::Fetched { at, inspected: Box::new(inspected), took: begin.elapsed() });
     }
+}
+
+/// What was made of the scan before is asked of the plan on the disk where nobody inspected it yet.
+fn try_on(order: TryOrder, cancel: &CancelToken, teller: &Teller) {
+    let TryOrder { document, version, known, before, scan } = order;
+    let observe = |stage| teller.tell(Event::Stage(stage));
+    let run = RunContext::new(cancel, &observe);
+    let trial = tried(&document, known, before, &scan, &run).map(Box::new);
+    teller.tell(Event::Tried { version, trial });
+}
+
+fn tried(
+    document: &Document,
+    known: Option<(Arc<Plan>, Arc<Part>)>,
+    before: Option<Arc<InspectionResult>>,
+    scan: &Path,
+    run: &RunContext,
+) -> Result<Trial, NoTrial> {
+    let fault = |fault: ReadError| match fault {
+        ReadError::Cancelled(cancelled) => NoTrial::from(cancelled),
+        ReadError::Bad(told) | ReadError::CutOff(told) => NoTrial::Cad(told),
+    };
+    run.enter(Stage::Read)?;
+    let bytes = io::read_file(scan).map_err(fault)?;
+    let sha256 = io::sha256_hex(&bytes);
+    let unit = document.read().draft.scans.map_or(LengthUnit::Mm, |scans| scans.unit);
+    let cloud = io::read_cloud(&bytes, scan, unit, run).map_err(fault)?;
+    drop(bytes);
+    let before = match before.filter(|b| b.identity.scan_sha256.as_ref() == Some(&sha256)) {
+        Some(before) => Some(before),
+        None => match known.clone() {
+            Some((plan, part)) => Some(Arc::new(Examiner { plan, part }.inspect_file(scan, run)?)),
+            None => None,
+        },
+    };
+    let known = known.as_ref().map(|(plan, part)| (&**plan, part));
+    worker::try_plan(document, known, &cloud, scan, before, run)
 }
 
 #[cfg(test)]

@@ -134,6 +134,13 @@ pub enum Job {
     },
     /// A sequence, or a watched folder.
     Running(Running),
+    /// The plan that is edited is tried on a scan.
+    Trying {
+        /// Which one.
+        scan: PathBuf,
+        /// What is done with it.
+        stage: Option<Stage>,
+    },
     /// A part is inspected again for its points.
     Fetching {
         /// Its place in `Facts::parts`.

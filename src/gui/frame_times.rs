@@ -1,5 +1,6 @@
 //! How long a frame of the results screen takes: a scripted window over one scan of a plan, its times written into a file.
 
+use super::engineer::lock::Lock;
 use super::facts::{Facts, FinishedPart};
 use super::results::{ResultsView, results_ui};
 use super::scene::gl::finish;
@@ -71,6 +72,7 @@ struct Script {
     facts: Facts,
     view: ViewState,
     settings: Settings,
+    lock: Lock,
     results: ResultsView,
     act: Act,
     before: Option<Instant>,
@@ -145,6 +147,7 @@ impl Script {
             facts,
             view: ViewState { screen: Screen::Results, ..ViewState::default() },
             settings: Settings::default(),
+            lock: Lock::default(),
             results: ResultsView::default(),
             act: Act::Ready,
             before: None,
@@ -237,6 +240,9 @@ impl eframe::App for Script {
             words: Words::of(Language::English),
             theme: Theme::of(ui.ctx()),
             settings: &self.settings,
+            settings_file: None,
+            lock: &self.lock,
+            now,
             actions: &mut actions,
         };
         results_ui(ui, &mut scope, &mut self.results);

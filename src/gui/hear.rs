@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::bridge::{Event, Opened, Scans};
+use super::engineer;
 use super::facts::{FinishedPart, Job, RunningScan, Troubles};
 use super::settings::ShiftCounts;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -20,6 +21,7 @@ pub(super) fn event(app: &mut App, event: Event) {
         Event::Sequence(event) => sequence(app, event),
         Event::Ended(summary, scans) => ended(app, summary, scans),
         Event::Fetched { at, inspected, took } => fetched(app, at, *inspected, took),
+        Event::Tried { version, trial } => tried(app, version, trial),
         Event::Failed(fault) => {
             app.facts.job = Job::Idle;
             app.facts.message = Some(fault);
@@ -30,6 +32,7 @@ pub(super) fn event(app: &mut App, event: Event) {
 fn enter(app: &mut App, stage: Stage) {
     match &mut app.facts.job {
         Job::Opening { stage: now, .. } => *now = Some(stage),
+        Job::Trying { stage: now, .. } => *now = Some(stage),
         Job::Running(running) => match &mut running.scan {
             Some(scan) => scan.stage = Some(stage),
             None => running.stage = Some(stage),
@@ -149,6 +152,21 @@ fn ended(app: &mut App, summary: SequenceSummary, scans: Option<Scans>) {
     }
     app.facts.last_end = Some(summary);
     app.keep_settings();
+}
+
+/// A trial that somebody stopped leaves the last one.
+fn tried(app: &mut App, version: u64, trial: Result<Box<worker::Trial>, worker::NoTrial>) {
+    app.facts.job = Job::Idle;
+    let Some(editing) = &mut app.facts.editing else { return };
+    let told = match trial {
+        Ok(trial) => Ok(Arc::from(trial)),
+        Err(why) => match engineer::fault(&why) {
+            Some(fault) => Err(fault),
+            None => return,
+        },
+    };
+    editing.trial = Some((version, told));
+    app.engineer.lower = engineer::state::Lower::Trial;
 }
 
 fn fetched(app: &mut App, at: usize, inspected: Inspected, took: Duration) {

@@ -17,12 +17,15 @@ pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
     let shown = cards::modal(ui, egui::Id::unique("help")).show(ui.ctx(), |ui| {
         ui.heading(words.text("help.title"));
         ui.add_space(8.0);
-        Grid::new("shortcuts").num_columns(2).spacing([24.0, 8.0]).show(ui, |ui| {
-            for (keys, what) in keys::EVERYWHERE.iter().chain(keys::RESULTS) {
-                ui.label(RichText::new(*keys).font(fonts::mono(size::BODY)));
-                ui.label(words.text(what));
-                ui.end_row();
-            }
+        let room = (ui.ctx().content_rect().height() - 220.0).max(120.0);
+        egui::ScrollArea::vertical().max_height(room).show(ui, |ui| {
+            Grid::new("shortcuts").num_columns(2).spacing([24.0, 8.0]).show(ui, |ui| {
+                for (keys, what) in keys::EVERYWHERE.iter().chain(keys::RESULTS).chain(keys::ENGINEER) {
+                    ui.label(RichText::new(*keys).font(fonts::mono(size::BODY)));
+                    ui.label(words.text(what));
+                    ui.end_row();
+                }
+            });
         });
         ui.add_space(8.0);
         ui.label(RichText::new(crate::report::words::PROGRAM).color(scope.theme.quiet));

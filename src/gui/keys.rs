@@ -1,7 +1,8 @@
 //! The keyboard: one table, which the keys and the list of shortcuts (F1) share.
 
 use super::action::{Action, Screen};
-use super::facts::Facts;
+use super::engineer::{Command, Edit};
+use super::facts::{Facts, Job};
 use super::scope::ViewState;
 use super::settings::SCALES;
 use egui::{Key, Modifiers};
@@ -13,7 +14,7 @@ pub(super) const EVERYWHERE: &[(&str, &str)] = &[
     ("F1", "help.help"),
     ("F11", "help.full_screen"),
     ("Ctrl+O", "help.open"),
-    ("Ctrl+1, Ctrl+2", "help.screens"),
+    ("Ctrl+1 … 3", "help.screens"),
     ("Page up, Page down", "help.parts"),
     ("Ctrl +, Ctrl −", "help.scale"),
     ("Tab, Enter", "help.controls"),
@@ -31,6 +32,18 @@ pub(super) const RESULTS: &[(&str, &str)] = &[
     ("Ctrl+Shift+S", "help.save_picture"),
 ];
 
+/// Shortcuts of the engineer's screen; single letters act while no field has the focus.
+pub(super) const ENGINEER: &[(&str, &str)] = &[
+    ("Ctrl+Z, Ctrl+Y", "help.undo_redo"),
+    ("Ctrl+S", "help.save_plan"),
+    ("F6", "help.try_plan"),
+    ("S, E, H, A, V, M", "help.tools"),
+    ("Enter, Esc", "help.take_point"),
+    ("Delete", "help.remove_rows"),
+    ("Shift, Ctrl, Ctrl+A", "help.choose_rows"),
+    ("Alt+↑↓, F2", "help.move_row"),
+];
+
 /// Turns keys into actions.
 pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scale: f32, actions: &mut Vec<Action>) {
     let pressed = |modifiers: Modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
@@ -46,7 +59,7 @@ pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scal
     if pressed(Modifiers::COMMAND, Key::O) {
         actions.push(Action::AskForPlan);
     }
-    for (key, screen) in [Key::Num1, Key::Num2].into_iter().zip(Screen::BUILT) {
+    for (key, screen) in [Key::Num1, Key::Num2, Key::Num3].into_iter().zip(Screen::BUILT) {
         if pressed(Modifiers::COMMAND, key) {
             actions.push(Action::Show(screen));
         }
@@ -60,12 +73,22 @@ pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scal
     {
         actions.push(Action::Scale(*next));
     }
+    if view.screen == Screen::Engineer && facts.editing.is_some() && view.leaving.is_none() {
+        let again = pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
+        if again {
+            actions.push(Action::Edit(Edit::Redo));
+        } else if pressed(Modifiers::COMMAND, Key::Z) {
+            actions.push(Action::Edit(Edit::Undo));
+        }
+    }
     // Esc takes away what lies on top before it stops anything.
     let on_top = view.help || view.typed_path.is_some();
-    if (on_top || facts.running().is_some()) && pressed_anew(ctx, Key::Escape) {
+    let trying = matches!(facts.job, Job::Trying { .. });
+    if (on_top || trying || facts.running().is_some()) && pressed_anew(ctx, Key::Escape) {
         actions.push(match () {
             () if view.help => Action::Help(false),
             () if view.typed_path.is_some() => Action::TypePath(false),
+            () if trying => Action::Engineer(Command::StopTrying),
             () => Action::Stop,
         });
     }

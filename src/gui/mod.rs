@@ -11,6 +11,7 @@ mod action;
 mod app;
 mod bar;
 mod bridge;
+mod clock;
 mod dialog;
 pub mod engineer;
 mod facts;
@@ -36,6 +37,7 @@ mod widgets;
 
 pub use action::{Action, Screen};
 pub use app::{App, Setup, install};
+pub use clock::Clock;
 pub use facts::{Facts, FinishedPart, Job, Running, RunningScan, Troubles};
 pub use frame_times::frame_times;
 pub use icon::{mark_png, mark_svg};

@@ -18,7 +18,7 @@ pub fn open(plan: Option<PathBuf>) -> Result<(), Diagnostic> {
     let shown = plan.as_ref().map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
     let settings_file = config_folder().map(|folder| folder.join("window.toml"));
     let settings = settings_file.as_deref().map_or_else(Settings::default, Settings::read);
-    let setup = Setup { plan, settings_file, data_folder: data_folder() };
+    let setup = Setup { plan, settings_file, data_folder: data_folder(), ..Setup::default() };
     let options = eframe::NativeOptions {
         viewport: viewport(&settings),
         renderer: eframe::Renderer::Glow,

@@ -3,7 +3,7 @@
 use super::action::{Action, Screen};
 use super::app::App;
 use super::bridge;
-use super::engineer::Edit;
+use super::engineer;
 use super::facts::{Facts, Job, Running};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::worker::{SequenceRequest, WatchSettings};
@@ -35,7 +35,9 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Takt(takt) => set_takt(app, takt),
         Action::NewShift => app.settings.shift = Default::default(),
         Action::Dismiss => app.facts.message = None,
-        Action::Edit(edit) => self::edit(app, &edit),
+        Action::Edit(edit) => engineer::edit(app, &edit),
+        Action::Engineer(command) => engineer::command(app, ctx, command),
+        Action::Close => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
         Action::FullScreen => {
             let full = ctx.input(|i| i.viewport().fullscreen.unwrap_or(false));
             ctx.send_viewport_cmd(egui::ViewportCommand::Fullscreen(!full));
@@ -67,6 +69,13 @@ fn open(app: &mut App, path: PathBuf) {
         return;
     }
     let path = std::path::absolute(&path).unwrap_or(path);
+    if app.facts.editing.as_ref().is_some_and(|editing| editing.document.is_modified()) {
+        app.view.typed_path = None;
+        app.view.leaving = Some(Action::Open(path));
+        return;
+    }
+    app.engineer.forget();
+    app.reload = None;
     app.facts = Facts {
         plan_path: Some(path.clone()),
         job: Job::Opening { path: path.clone(), stage: None },
@@ -83,7 +92,7 @@ pub(super) fn may_run(facts: &Facts) -> Result<&Path, &'static str> {
     match &facts.job {
         Job::Opening { .. } => return Err("operator.not_while_opening"),
         Job::Running(_) => return Err("operator.running_already"),
-        Job::Idle | Job::Fetching { .. } => {}
+        Job::Idle | Job::Fetching { .. } | Job::Trying { .. } => {}
     }
     if facts.problems.iter().any(|p| p.severity == Severity::Error) {
         return Err("operator.plan_has_errors");
@@ -152,18 +161,6 @@ fn fetch(app: &mut App, at: usize) {
         plan: part.plan.clone(),
         part: part.part.clone(),
     });
-}
-
-/// Changes the plan that is edited. A new row is shown.
-fn edit(app: &mut App, edit: &Edit) {
-    let Some(editing) = &mut app.facts.editing else { return };
-    match (editing.apply(edit), edit) {
-        (Ok(Some(row)), Edit::AddRows(list, _)) => app.engineer.choose(*list, row),
-        (Ok(_), _) => {}
-        (Err(fault), _) => {
-            app.facts.message = Some(Diagnostic::warning(fault.to_string()).with_help(fault.help()));
-        }
-    }
 }
 
 fn set_takt(app: &mut App, takt: Option<f64>) {

@@ -19,6 +19,8 @@ pub struct ViewState {
     pub help: bool,
     /// The path being typed, while its field is open.
     pub typed_path: Option<String>,
+    /// What was asked for and waits until somebody says what becomes of work that is not saved.
+    pub leaving: Option<Action>,
 }
 
 /// All that a view gets: facts and view state to read, a list for what was asked.
@@ -33,6 +35,12 @@ pub struct Scope<'a> {
     pub theme: &'static Theme,
     /// What the person chose to keep.
     pub settings: &'a super::settings::Settings,
+    /// Where that is kept.
+    pub settings_file: Option<&'a std::path::Path>,
+    /// Whether the plan can be changed.
+    pub lock: &'a super::engineer::lock::Lock,
+    /// What time it is.
+    pub now: std::time::Instant,
     /// What was asked for in this frame.
     pub actions: &'a mut Vec<Action>,
 }

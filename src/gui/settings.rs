@@ -103,7 +103,12 @@ pub struct Settings {
     pub watch: bool,
     /// The counts since the shift began.
     pub shift: ShiftCounts,
+    /// The salted hash of the engineer's password, as a PHC string; `None` = none was set yet.
+    pub password: Option<String>,
 }
+
+/// The key of the password's line, for who forgot it.
+pub const PASSWORD_KEY: &str = "engineer_password";
 
 impl Settings {
     /// Reads the file; what is missing or odd is as at the first start, for nobody should be kept from work by it.
@@ -126,6 +131,7 @@ impl Settings {
             scale: number(document.get("scale")).filter(|s| (1.0..=2.5).contains(s)).unwrap_or(1.0),
             recent: recent.into_iter().flatten().filter_map(recent_of).take(RECENT).collect(),
             place: document.get("window").and_then(place_of),
+            password: word(PASSWORD_KEY).map(str::to_owned),
             watch: document.get("watch").and_then(Item::as_bool).unwrap_or(false),
             shift: ShiftCounts {
                 pass: shift("pass"),
@@ -152,6 +158,9 @@ impl Settings {
         document["language"] = value(self.language.code());
         document["scale"] = value(f64::from(self.magnification()));
         document["watch"] = value(self.watch);
+        if let Some(password) = &self.password {
+            document[PASSWORD_KEY] = value(password.as_str());
+        }
         let mut shift = Table::new();
         for (key, count) in [
             ("pass", self.shift.pass),
@@ -254,6 +263,7 @@ mod tests {
             language: Language::German,
             scale: 1.5,
             watch: true,
+            password: Some("$argon2id$v=19$m=19456,t=2,p=1$c2FsdA$aGFzaA".into()),
             place: Some(WindowPlace { position: Some([10.0, -20.5]), size: [1280.0, 800.0], maximized: true }),
             shift: ShiftCounts { pass: 3, fail: 1, undecided: 0, incomplete: 2, refused: 5 },
             ..Settings::default()

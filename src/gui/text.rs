@@ -156,7 +156,18 @@ mod tests {
     use std::path::Path;
 
     /// Texts that are the same in another language, rightly: key and language.
-    const SAME: &[(&str, Language)] = &[("pick.parallel", Language::German)];
+    const SAME: &[(&str, Language)] = &[
+        ("pick.parallel", Language::German),
+        ("engineer.plan", Language::Swedish),
+        ("engineer.cad", Language::Swedish),
+        ("engineer.cad", Language::German),
+        ("engineer.scans", Language::German),
+        ("engineer.revision", Language::Swedish),
+        ("engineer.revision", Language::German),
+        ("setting.diameter", Language::Swedish),
+        ("setting.radius", Language::German),
+        ("setting.name", Language::German),
+    ];
     /// Families of keys that are put together while the program runs.
     const FAMILIES: &[&str] = &["view.system", "view.light", "view.dark"];
 

@@ -1,5 +1,6 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
+mod engineer;
 mod results;
 
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};
@@ -101,7 +102,7 @@ fn setup(project: &Project) -> Setup {
     Setup {
         plan: Some(project.path("demo.toml")),
         settings_file: Some(project.path("config/window.toml")),
-        data_folder: None,
+        ..Setup::default()
     }
 }
 
@@ -254,6 +255,7 @@ fn the_first_start_opens_the_demo_and_the_next_one_the_last_plan() {
         plan: None,
         settings_file: Some(folder.path().join("config/window.toml")),
         data_folder: Some(folder.path().join("data")),
+        ..Setup::default()
     };
     let window = Window::open(setup.clone(), [1280.0, 800.0]);
     assert_eq!(window.app().facts().plan_path, Some(folder.path().join("data/demo/demo.toml")));

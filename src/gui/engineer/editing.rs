@@ -1,15 +1,46 @@
 //! The plan that is edited, and every way in which it can be: an edit is a value, made in one place.
 
-use crate::inspect::Foretold;
+use super::desk::{Cad, Choice};
+use super::state::Draft;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::gui::facts::Facts;
 use crate::part::Part;
 use crate::part::propose::Picker;
 use crate::plan::Geometry;
 use crate::plan::document::{
-    Document, EditError, FieldValue, Import, List, Lock, MirrorNames, MirrorPlane, PlanProblem, PointSpec, Region, Rest,
+    At, Change, Document, EditError, FieldValue, Import, List, Lock, MirrorNames, MirrorPlane, PlanProblem, PointSpec,
+    Region, Rest, RowInfo, Step, Verb,
 };
-use crate::worker::Trial;
 use crate::worker::plan_file::Recovery;
+use crate::worker::{CadAsked, Trial};
 use std::sync::Arc;
+use std::time::Instant;
+
+/// What is kept beside the plan's file.
+#[derive(Debug, Clone, Default)]
+pub struct Autosave {
+    /// The version that is kept; 0 = the plan as it was opened.
+    pub version: u64,
+    /// Since when.
+    pub at: Option<Instant>,
+    /// Since when there is something else.
+    pub since: Option<Instant>,
+    /// It is being written.
+    pub under_way: bool,
+    /// Why the last one could not be written.
+    pub fault: Option<Diagnostic>,
+}
+
+/// What is to be checked.
+#[derive(Debug, Clone)]
+pub(super) struct Seen {
+    /// The version of the plan.
+    pub version: u64,
+    /// The row that is proposed.
+    pub draft: Option<(List, PointSpec)>,
+    /// Since when it is so.
+    pub since: Instant,
+}
 
 /// A plan that is being edited, and what is known of it as it stands. Kept with the facts, as long as the plan is open.
 #[derive(Debug, Clone)]
@@ -18,12 +49,12 @@ pub struct Editing {
     pub document: Document,
     /// Goes up with every change of the text.
     pub version: u64,
-    /// What `check` tells of it, each with its field; of the text of version `checked`.
+    /// What `check` tells of it, each with its field; of the text of version `checked`, a row that is proposed being the last of its list.
     pub problems: Vec<PlanProblem>,
-    /// The version that was checked last; `None` = none yet.
+    /// The version that was checked last, with its CAD; `None` = none yet.
     pub checked: Option<u64>,
-    /// The uncertainty to expect, foretold for version `checked` or one before it.
-    pub foretold: Option<Arc<Foretold>>,
+    /// The uncertainty to expect by choice of datums, the plan's own first; foretold for version `checked` or one before it.
+    pub choices: Vec<Choice>,
     /// The CAD as the edited plan names it.
     pub part: Option<Arc<Part>>,
     /// What clicks on that CAD mean.
@@ -31,7 +62,30 @@ pub struct Editing {
     /// Text that was not saved when the program last ended, to be offered.
     pub recovery: Option<Recovery>,
     /// What the plan makes of a scan, and the version that was tried.
-    pub trial: Option<(u64, Arc<Trial>)>,
+    pub trial: Option<(u64, Result<Arc<Trial>, Diagnostic>)>,
+    /// What is kept beside the file.
+    pub autosave: Autosave,
+    /// It is being saved.
+    pub saving: bool,
+    /// What of the plan `part` was made for.
+    pub(super) cad_asked: Option<CadAsked>,
+    /// What is to be checked.
+    pub(super) seen: Option<Seen>,
+    /// Goes up with everything that is to be checked.
+    pub(super) serial: u64,
+    /// The check of it was asked for.
+    pub(super) asked: bool,
+    /// What the views ask for in every frame.
+    shown: Arc<Shown>,
+}
+
+/// What the text of a version says.
+#[derive(Debug, Clone, Default)]
+struct Shown {
+    version: Option<u64>,
+    features: Vec<RowInfo>,
+    points: Vec<RowInfo>,
+    changes: Vec<Change>,
 }
 
 impl Editing {
@@ -42,12 +96,102 @@ impl Editing {
             version: 0,
             problems: Vec::new(),
             checked: None,
-            foretold: None,
+            choices: Vec::new(),
             part: None,
             picker: None,
             recovery,
             trial: None,
+            autosave: Autosave::default(),
+            saving: false,
+            cad_asked: None,
+            seen: None,
+            serial: 0,
+            asked: false,
+            shown: Arc::default(),
         }
+    }
+
+    /// Takes the CAD that the operator's plan was opened with, if it is the one.
+    pub(super) fn know_cad(&mut self, facts: &Facts) {
+        if let (Some(plan), Some(part)) = (&facts.plan, &facts.part)
+            && Some(plan.sha256.as_str()) == self.sha256()
+        {
+            self.cad_asked = CadAsked::of(&self.document);
+            self.part = Some(part.clone());
+        }
+    }
+
+    fn sha256(&self) -> Option<&str> {
+        self.document.saved_sha256()
+    }
+
+    /// The CAD with what it was made for.
+    pub(super) fn cad(&self) -> Option<Cad> {
+        let (asked, part) = self.cad_asked.clone().zip(self.part.clone())?;
+        Some(Cad { asked, part, picker: self.picker.clone() })
+    }
+
+    /// Errors of the plan; those of a row that is proposed are none of it yet.
+    pub fn errors(&self) -> usize {
+        let proposed = self.proposed();
+        let counts = |p: &&PlanProblem| p.diagnostic.severity == Severity::Error && Some(p.place.at) != proposed;
+        self.problems.iter().filter(counts).count()
+    }
+
+    /// Whether a row that is proposed can be added: its name is free, and nothing is told against it.
+    pub fn would_take(&self, draft: &Draft) -> bool {
+        let proposed = self.proposed();
+        let against = |p: &PlanProblem| Some(p.place.at) == proposed && p.diagnostic.severity == Severity::Error;
+        let taken = self.rows(draft.list).iter().any(|row| row.name == draft.spec.name);
+        !taken && !self.problems.iter().any(against)
+    }
+
+    /// Where the row that is proposed stands among the problems.
+    pub fn proposed(&self) -> Option<At> {
+        let (list, _) = self.seen.as_ref()?.draft.as_ref()?;
+        let rows = self.rows(*list).len();
+        Some(match list {
+            List::Feature => At::Feature(rows),
+            List::Comparison => At::Comparison(rows),
+        })
+    }
+
+    /// What changed since the plan was saved.
+    pub fn changes(&self) -> &[Change] {
+        &self.shown.changes
+    }
+
+    /// The rows of a list.
+    pub fn rows(&self, list: List) -> &[RowInfo] {
+        match list {
+            List::Feature => &self.shown.features,
+            List::Comparison => &self.shown.points,
+        }
+    }
+
+    /// Finds once what views ask for in every frame.
+    pub(super) fn refresh(&mut self) {
+        if self.shown.version != Some(self.version) {
+            self.shown = Arc::new(Shown {
+                version: Some(self.version),
+                features: self.document.rows(List::Feature),
+                points: self.document.rows(List::Comparison),
+                changes: self.document.changes(),
+            });
+        }
+    }
+
+    /// The plan lies on the disk, as this document has it.
+    pub(super) fn was_saved(&mut self, saved: Document) {
+        let bytes = saved.bytes();
+        if saved.path() == self.document.path() {
+            self.document.set_text(saved.text(), Step::new(Verb::Change, "revision"));
+            self.document.mark_saved(&bytes);
+        } else {
+            self.document = saved;
+        }
+        self.version += 1;
+        self.autosave = Autosave { version: self.version, ..Autosave::default() };
     }
 
     /// Makes an edit; tells the index of the first row that it added.
@@ -145,6 +289,8 @@ pub enum Edit {
     Import(Box<Import>, Rest),
     /// The points of the comparison file come into the plan.
     TakePointsIntoPlan,
+    /// One change since the plan was saved is taken back.
+    TakeBack(Change),
     /// All edits up to `EndGesture` become one step.
     BeginGesture,
     /// The end of that step.
@@ -179,6 +325,7 @@ impl Edit {
             Edit::Mirror(plane, names) => document.mirror(*plane, names)?,
             Edit::Import(import, rest) => document.import(import, *rest)?,
             Edit::TakePointsIntoPlan => document.take_points_into_plan()?,
+            Edit::TakeBack(change) => document.take_back(change)?,
             Edit::BeginGesture => document.begin_gesture(),
             Edit::EndGesture => document.end_gesture(),
             Edit::DropGesture => document.drop_gesture(),

@@ -3,28 +3,106 @@
 //! `Facts::editing` is the plan as it is edited; `EngineerView` is what is looked at. Everything that changes the plan is an
 //! `Action::Edit`, and only while the screen is unlocked.
 
+mod act;
+mod alignment_form;
+pub mod desk;
 pub mod dialogs;
 pub mod editing;
+mod fields;
+mod form;
+mod header;
+mod labels;
 mod layout;
+pub mod lock;
+mod lower;
+mod row_form;
+mod save;
+mod section_form;
 pub mod state;
+mod table;
+mod told;
+mod tree;
+mod trial;
+mod uncertainty;
+mod unlock;
+mod upkeep;
 pub mod view3d;
 
+pub use act::Command;
 pub use editing::{Edit, Editing};
 pub use state::{Chosen, Draft, EngineerView, Section, Tool};
+pub(in crate::gui) use {
+    act::command, act::edit, act::reload, save::leave_ui, trial::fault, trial::short_name, upkeep::tick,
+};
 
+use super::action::Action;
+use super::fonts;
 use super::scope::Scope;
-use super::widgets::cards;
-use egui::Ui;
+use super::theme::size;
+use super::widgets::words as write;
+use crate::report::words::capital;
+use egui::{Align2, Key, Modifiers, Ui};
+use layout::Breadth;
 
 /// Draws the screen.
 pub(super) fn engineer_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView) {
+    if !scope.lock.is_open(scope.now) {
+        return unlock::unlock_ui(ui, scope, view);
+    }
+    let facts = scope.facts;
+    let Some(editing) = &facts.editing else { return nothing_ui(ui, scope, view) };
     let places = layout::places(ui.max_rect());
-    view3d::view_ui(ui, places.view, scope, view);
-    for at in [Some(places.form), Some(places.problems), Some(places.changes), places.tree].into_iter().flatten() {
-        cards::card(ui, at, scope.theme);
+    header::header_ui(ui, places.header, places.breadth, scope, view, editing);
+    if let Some(tree) = places.tree {
+        tree::tree_ui(ui, tree, places.breadth, scope, view, editing);
     }
-    if let (Some(tree), true) = (places.tree, scope.facts.editing.is_some()) {
-        dialogs::buttons_ui(ui, tree, scope, view);
+    let over_view = matches!(places.breadth, Breadth::Narrow | Breadth::Small);
+    let has_form = !over_view || view.draft.is_some() || view.chosen.list.is_some() || view.section != Section::Points;
+    // The form takes the right side of the view, which shows the part beside it as long as there is room.
+    let beside = places.view.with_max_x(places.form.left() - 8.0);
+    let part = if over_view && has_form && beside.width() > 240.0 { beside } else { places.view };
+    view3d::view_ui(ui, part.intersect(places.view), scope, view);
+    lower::lower_ui(ui, &places, scope, view, editing);
+    if has_form {
+        form::form_ui(ui, places.form, scope, view, editing);
     }
+    fields::end_typing(ui, scope, view);
     dialogs::dialogs_ui(ui, scope, view);
+    save::save_ui(ui, scope, view, editing);
+    save::recovery_ui(ui, scope, editing);
+    keys(ui, scope, view, editing);
+}
+
+/// While the plan is opened, or where there is none.
+fn nothing_ui(ui: &mut Ui, scope: &Scope, view: &EngineerView) {
+    let text = match &view.unreadable {
+        Some(told) => {
+            let help = told.help.as_deref().map(capital).unwrap_or_default();
+            format!("{}. {help}", capital(&told.message))
+        }
+        None if scope.facts.plan_path.is_none() => scope.words.text("engineer.no_plan").to_owned(),
+        None => scope.words.text("engineer.opening").to_owned(),
+    };
+    let at = ui.max_rect().shrink(32.0);
+    write::block(ui, at, Align2::CENTER_CENTER, &text, fonts::regular(size::CARD), scope.theme.quiet, 5);
+}
+
+/// Keys of the screen; all but Delete hold in fields, too.
+fn keys(ui: &Ui, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
+    if scope.view.help || view.saving.is_some() || view.dialogs.is_open() || scope.view.leaving.is_some() {
+        return;
+    }
+    let pressed = |modifiers: Modifiers, key: Key| ui.input_mut(|i| i.consume_key(modifiers, key));
+    if pressed(Modifiers::NONE, Key::F6) {
+        scope.ask(Action::Engineer(Command::Try));
+    }
+    if let Some(list) = view.chosen.list
+        && !ui.ctx().text_edit_focused()
+        && pressed(Modifiers::NONE, Key::Delete)
+    {
+        scope.ask(Action::Edit(Edit::Remove(list, view.chosen.rows.clone())));
+    }
+    if pressed(Modifiers::COMMAND, Key::S) && save::may_save(editing).is_ok() {
+        view.ask_to_save(Some(editing));
+    }
 }

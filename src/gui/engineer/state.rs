@@ -1,8 +1,12 @@
 //! What is looked at on the engineer's screen: gone with the window, never part of the plan.
 
 use super::dialogs::Dialogs;
+use super::editing::{Edit, Editing};
 use super::view3d::View3d;
+use crate::diagnostic::Diagnostic;
 use crate::plan::document::{List, PointSpec};
+use crate::worker::plan_file::SaveError;
+use std::path::PathBuf;
 
 /// A section of the plan, as the tree lists them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -125,6 +129,40 @@ pub struct Draft {
     pub note: Option<String>,
 }
 
+/// What shares the place below the 3D view.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Lower {
+    /// The problems; in wide windows they have a place of their own.
+    #[default]
+    Problems,
+    /// What changed.
+    Changes,
+    /// What the plan makes of a scan.
+    Trial,
+}
+
+/// A field that is being typed into.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Typing {
+    /// Which field: `part.thickness_mm`, `comparison.3.position.0`.
+    pub field: String,
+    /// What stands in it.
+    pub text: String,
+    /// What egui calls it.
+    pub id: egui::Id,
+}
+
+/// What is typed into the dialog for saving.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SaveForm {
+    /// The new revision.
+    pub revision: String,
+    /// Why.
+    pub reason: String,
+    /// Another name for the file, once the choice is asked for.
+    pub path: String,
+}
+
 /// All that is looked at.
 #[derive(Default)]
 pub struct EngineerView {
@@ -138,10 +176,32 @@ pub struct EngineerView {
     pub draft: Option<Draft>,
     /// Only rows with this in their name or kind are listed.
     pub filter: String,
+    /// What stands below the 3D view.
+    pub lower: Lower,
+    /// The field that is typed into.
+    pub typing: Option<Typing>,
+    /// The field that gets the focus in the next frame.
+    pub focus: Option<String>,
     /// The 3D view.
     pub view3d: View3d,
     /// The dialogs that are open.
     pub dialogs: Dialogs,
+    /// The dialog for saving.
+    pub saving: Option<SaveForm>,
+    /// Why the plan was not saved.
+    pub save_fault: Option<SaveError>,
+    /// What is typed at the lock.
+    pub(super) passwords: [String; 2],
+    /// The plan that is being opened for editing.
+    pub(super) opening: Option<PathBuf>,
+    /// Why it could not be.
+    pub(super) unreadable: Option<Diagnostic>,
+    /// The row to which the table was scrolled.
+    pub(super) scrolled_to: Option<(List, usize)>,
+    /// Where the table is to be scrolled to in the next frame.
+    pub(super) scroll: Option<f32>,
+    /// The row from which Shift chooses.
+    pub(super) anchor: Option<usize>,
 }
 
 impl std::fmt::Debug for EngineerView {
@@ -156,5 +216,51 @@ impl EngineerView {
         self.section = if list == List::Feature { Section::Alignment } else { Section::Points };
         self.chosen = Chosen::one(list, row);
         self.draft = None;
+    }
+
+    /// Begins with a plan that was opened.
+    pub(super) fn begin(&mut self, editing: &Editing) {
+        self.forget();
+        self.chosen = match editing.document.rows(List::Comparison).is_empty() {
+            true => Chosen::default(),
+            false => Chosen::one(List::Comparison, 0),
+        };
+    }
+
+    /// Forgets what belongs to the plan that was open.
+    pub(in crate::gui) fn forget(&mut self) {
+        *self = Self { view3d: std::mem::take(&mut self.view3d), ..Self::default() };
+    }
+
+    /// Rows that are gone are not chosen any more, and a field shows what was undone in it.
+    pub(super) fn after(&mut self, edit: &Edit, editing: &Editing) {
+        if let Some(list) = self.chosen.list {
+            let count = editing.document.rows(list).len();
+            match edit {
+                Edit::Remove(of, removed) if *of == list => {
+                    let next = removed.iter().min().copied().unwrap_or(0).min(count.saturating_sub(1));
+                    self.chosen = if count == 0 { Chosen::default() } else { Chosen::one(list, next) };
+                }
+                Edit::Reorder { list: of, from, to } if *of == list && self.chosen.rows == [*from] => {
+                    self.chosen = Chosen::one(list, *to);
+                }
+                _ => self.chosen.rows.retain(|row| *row < count),
+            }
+            if self.chosen.rows.is_empty() {
+                self.chosen = Chosen::default();
+            }
+        }
+        if matches!(edit, Edit::Undo | Edit::Redo) {
+            self.typing = None;
+        }
+    }
+
+    /// Opens the dialog for saving, or shuts it.
+    pub(super) fn ask_to_save(&mut self, editing: Option<&Editing>) {
+        self.save_fault = None;
+        self.saving = editing.filter(|e| e.errors() == 0).map(|editing| SaveForm {
+            revision: super::save::next_revision(&super::save::revision(editing)),
+            ..SaveForm::default()
+        });
     }
 }

@@ -11,6 +11,8 @@ mod side;
 mod verdict;
 mod worst;
 
+pub(in crate::gui) use now::stage_words;
+
 use super::messages;
 use super::picture::Painter;
 use super::scope::Scope;

@@ -77,7 +77,7 @@ fn step(scope: &Scope) -> Option<usize> {
     })
 }
 
-fn stage_words(words: &Words, stage: Option<Stage>) -> &str {
+pub(in crate::gui) fn stage_words(words: &Words, stage: Option<Stage>) -> &str {
     stage.map_or("", |stage| {
         words.text(match stage {
             Stage::Prepare => "stage.prepare",
@@ -104,6 +104,10 @@ fn title(scope: &Scope) -> String {
         Job::Fetching { part } => {
             let n = facts.parts.get(*part).map_or(0, |p| p.index);
             words.fill("operator.fetching", &[("n", &words.thousands(n))])
+        }
+        Job::Trying { scan, stage } => {
+            let name = crate::gui::engineer::short_name(scan);
+            with_stage(&words.fill("operator.trying", &[("scan", &name)]), stage_words(words, *stage))
         }
         Job::Running(running) => running_title(running, words),
         Job::Idle => idle_title(scope),

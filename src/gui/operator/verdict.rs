@@ -170,7 +170,7 @@ fn before_the_first(scope: &Scope) -> Said {
     match &facts.job {
         Job::Opening { .. } => return say(Sign::None, "verdict.opening", String::new(), String::new()),
         Job::Running(_) => return say(Sign::None, "verdict.running", text("operator.appears_here"), String::new()),
-        Job::Idle | Job::Fetching { .. } => {}
+        Job::Idle | Job::Fetching { .. } | Job::Trying { .. } => {}
     }
     if let Err(why) = may_run(facts) {
         return say(Sign::None, "verdict.not_ready", text(why), text("operator.open_another"));

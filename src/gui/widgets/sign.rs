@@ -159,6 +159,21 @@ pub fn stop(painter: &Painter, centre: Pos2, r: f32, colour: Color32) {
     painter.rect_filled(Rect::from_center_size(centre, Vec2::splat(2.0 * r)), CornerRadius::same(3), colour);
 }
 
+/// A padlock, shut or open.
+pub fn padlock(painter: &Painter, centre: Pos2, open: bool, colour: Color32) {
+    let body = Rect::from_center_size(centre + vec2(0.0, 3.0), vec2(11.0, 8.0));
+    painter.rect_filled(body, CornerRadius::same(2), colour);
+    // An open one has its bow turned out of the body.
+    let middle = centre + vec2(if open { 3.0 } else { 0.0 }, -1.5);
+    let bow = (0..=12).map(|k| {
+        let angle = std::f32::consts::PI * k as f32 / 12.0;
+        middle + 3.4 * vec2(-angle.cos(), -angle.sin())
+    });
+    let ends = [middle + vec2(-3.4, if open { 1.0 } else { 2.0 }), middle + vec2(3.4, if open { -0.5 } else { 2.0 })];
+    let points: Vec<Pos2> = std::iter::once(ends[0]).chain(bow).chain(std::iter::once(ends[1])).collect();
+    painter.line(points, Stroke::new(1.8, colour));
+}
+
 /// A square with an exclamation mark: a problem of a plan. Filled: an error; outlined: a warning.
 pub fn problem(painter: &Painter, place: Rect, filled: bool, theme: &Theme) {
     let r = 0.5 * place.width().min(place.height());

@@ -14,7 +14,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::cards;
 use csv_export::CsvExport;
 use csv_import::CsvImport;
-use egui::{Align, Button, Layout, Rect, RichText, Ui, vec2};
+use egui::{Button, Rect, RichText, Ui, vec2};
 use mirror::MirrorForm;
 use tolerances::TolerancesForm;
 
@@ -69,24 +69,28 @@ impl Dialogs {
 
 /// The buttons that open the dialogs, at the foot of the tree.
 pub(in crate::gui) fn buttons_ui(ui: &mut Ui, tree: Rect, scope: &Scope, view: &mut EngineerView) {
-    let foot = tree.with_min_y(tree.bottom() - FOOT).shrink2(vec2(10.0, 8.0));
-    let builder = egui::UiBuilder::new().max_rect(foot).layout(Layout::left_to_right(Align::Center));
+    let foot = tree.with_min_y(tree.bottom() - foot(tree.width())).shrink2(vec2(10.0, 8.0));
+    let builder = egui::UiBuilder::new().max_rect(foot);
     ui.scope_builder(builder, |ui| {
-        ui.spacing_mut().item_spacing.x = 6.0;
+        ui.spacing_mut().item_spacing = vec2(6.0, 6.0);
         ui.spacing_mut().button_padding.x = if tree.width() < 260.0 { 5.0 } else { 10.0 };
         let all =
             [("tables.tolerances", Which::Tolerances), ("tables.mirror", Which::Mirror), ("tables.csv", Which::Csv)];
-        for (key, which) in all {
-            let text = RichText::new(scope.words.text(key)).size(size::TABLE);
-            if ui.add(Button::new(text).min_size(vec2(0.0, 28.0))).clicked() {
-                view.dialogs.show(which);
+        ui.horizontal_wrapped(|ui| {
+            for (key, which) in all {
+                let text = RichText::new(scope.words.text(key)).size(size::TABLE);
+                if ui.add(Button::new(text).min_size(vec2(0.0, 28.0))).clicked() {
+                    view.dialogs.show(which);
+                }
             }
-        }
+        });
     });
 }
 
-/// Height of the foot of the tree in which they stand.
-pub(in crate::gui) const FOOT: f32 = 44.0;
+/// Height of the foot of a tree in which they stand: two rows where it is narrow.
+pub(in crate::gui) fn foot(width: f32) -> f32 {
+    if width < 260.0 { 76.0 } else { 44.0 }
+}
 
 /// Draws the dialog that is open.
 pub(in crate::gui) fn dialogs_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView) {

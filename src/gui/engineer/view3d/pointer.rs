@@ -251,8 +251,9 @@ pub fn keys(ui: &Ui, response: &Response, content: &Arc<PartContent>, view: &mut
     }
     // A button with the focus takes Enter for itself.
     let free = ui.memory(|m| m.focused().is_none_or(|id| id == response.id));
+    let sound = |draft: &Draft| scope.facts.editing.as_ref().is_none_or(|editing| editing.would_take(draft));
     if free
-        && view.draft.is_some()
+        && view.draft.as_ref().is_some_and(sound)
         && pressed(Key::Enter)
         && let Some(draft) = view.draft.take()
     {
