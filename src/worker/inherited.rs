@@ -10,18 +10,38 @@ use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Keeps two runs from writing into one folder, where the system can. The lock is on the folder itself, leaves no file and
-/// ends with the process.
+/// Keeps two runs from writing into one folder, where the system can. The lock leaves no file and ends with the process.
 pub(super) fn lock(path: &Path) -> Result<Option<File>, Diagnostic> {
-    let Ok(folder) = File::open(path) else { return Ok(None) };
-    match folder.try_lock() {
-        Ok(()) => Ok(Some(folder)),
+    match try_lock(path) {
+        Ok(lock) => Ok(Some(lock)),
         Err(TryLockError::WouldBlock) => Err(Diagnostic::error("another run is writing into this results folder")
             .in_file(path)
             .with_help("wait for it or stop it, or give another folder with --out")),
         // Some file systems have no locks.
         Err(TryLockError::Error(_)) => Ok(None),
     }
+}
+
+/// The lock is on the folder itself.
+#[cfg(not(windows))]
+fn try_lock(path: &Path) -> Result<File, TryLockError> {
+    let folder = File::open(path).map_err(TryLockError::Error)?;
+    folder.try_lock()?;
+    Ok(folder)
+}
+
+/// Windows opens no folder as a file: there it is a file in it that nobody else may open and that goes with its handle.
+#[cfg(windows)]
+fn try_lock(path: &Path) -> Result<File, TryLockError> {
+    use std::os::windows::fs::OpenOptionsExt;
+    const FILE_FLAG_DELETE_ON_CLOSE: u32 = 0x0400_0000;
+    const ERROR_SHARING_VIOLATION: i32 = 32;
+    let mut options = fs::OpenOptions::new();
+    options.read(true).write(true).create(true).share_mode(0).custom_flags(FILE_FLAG_DELETE_ON_CLOSE);
+    options.open(path.join(".shapeline-lock")).map_err(|error| match error.raw_os_error() {
+        Some(ERROR_SHARING_VIOLATION) => TryLockError::WouldBlock,
+        _ => TryLockError::Error(error),
+    })
 }
 
 /// Removes half-written files of a run that was killed. The lock says that nobody is writing here.
