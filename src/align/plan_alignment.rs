@@ -59,7 +59,7 @@ pub fn align_on_plan(
     let mut weights: Vec<DatumErrors> = Vec::new();
     for round in 0..MOST_ROUNDS {
         run.check()?;
-        let found = match measure_datums(input, best_fit, rounds.pose()) {
+        let found = match measure_datums(input, best_fit, rounds.pose(), run)? {
             Ok(found) => found,
             Err(missing) => return Ok(degraded(input, best_fit, missing)),
         };
@@ -75,14 +75,14 @@ pub fn align_on_plan(
         rounds.add(&motion);
         last = found;
         if rounds.have_settled() {
-            return Ok(ended(input, best_fit, rounds.pose(), &last, &[motion]));
+            return ended(input, best_fit, rounds.pose(), &last, &[motion], run);
         }
     }
     if let Some(cycle) = rounds.cycle()
         && let Ok(uncertainty) = uncertainty_of(input, best_fit, &last)
         && cycle.iter().all(|motion| is_within(input.part, motion, &uncertainty))
     {
-        return Ok(ended(input, best_fit, rounds.pose(), &last, &cycle));
+        return ended(input, best_fit, rounds.pose(), &last, &cycle, run);
     }
     let moved = rounds.last_moved_mm();
     let reason = format!("the datum features did not settle: the last round still moved the part by {moved:.3} mm");
@@ -115,21 +115,24 @@ fn ended(
     pose: CadFromScan,
     found: &[Found],
     unsure: &[Isometry3],
-) -> (FeatureAlignment, PoseUncertainty) {
+    run: &RunContext,
+) -> Result<(FeatureAlignment, PoseUncertainty), Cancelled> {
+    run.check()?;
     let mut uncertainty = match uncertainty_of(input, best_fit, found) {
         Ok(uncertainty) => uncertainty,
-        Err(error) => return degraded(input, best_fit, Missing::because(error, found.to_vec())),
+        Err(error) => return Ok(degraded(input, best_fit, Missing::because(error, found.to_vec()))),
     };
     unsure.iter().for_each(|motion| uncertainty.add(*motion));
-    let features = match measure_datums(input, best_fit, pose) {
+    run.check()?;
+    let features = match measure_datums(input, best_fit, pose, run)? {
         Ok(found) => report(input, &found),
-        Err(missing) => return degraded(input, best_fit, missing),
+        Err(missing) => return Ok(degraded(input, best_fit, missing)),
     };
     let method = method_key(&input.plan.alignment);
     let hold = solve(datums(input), &values(input, found), None).ok().map(|held| hold_of(datums(input), &held));
     let alignment =
         FeatureAlignment { method, cad_from_scan: pose, degraded: None, missing: Vec::new(), features, hold };
-    (alignment, uncertainty)
+    Ok((alignment, uncertainty))
 }
 
 /// Why the plan's alignment is not possible.
@@ -229,7 +232,12 @@ impl Found {
 }
 
 /// Measures every datum.
-fn measure_datums(input: &AlignmentInput, best_fit: &BestFit, pose: CadFromScan) -> Result<Vec<Found>, Missing> {
+fn measure_datums(
+    input: &AlignmentInput,
+    best_fit: &BestFit,
+    pose: CadFromScan,
+    run: &RunContext,
+) -> Result<Result<Vec<Found>, Missing>, Cancelled> {
     let local = Local {
         part: input.part,
         face: input.part.face(best_fit.face),
@@ -241,6 +249,7 @@ fn measure_datums(input: &AlignmentInput, best_fit: &BestFit, pose: CadFromScan)
     let mut found = Vec::new();
     let (mut names, mut reasons) = (Vec::new(), Vec::new());
     for index in datum_indices(&input.plan.alignment) {
+        run.check()?;
         let feature = &input.plan.features[index];
         match measure_one(&local, feature, index) {
             Ok(one) => found.push(one),
@@ -250,7 +259,7 @@ fn measure_datums(input: &AlignmentInput, best_fit: &BestFit, pose: CadFromScan)
             }
         }
     }
-    if names.is_empty() { Ok(found) } else { Err(Missing { reason: reasons.join("; "), names, found }) }
+    Ok(if names.is_empty() { Ok(found) } else { Err(Missing { reason: reasons.join("; "), names, found }) })
 }
 
 fn measure_one(local: &Local, feature: &Feature, index: usize) -> Result<Found, NotFound> {

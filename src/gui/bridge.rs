@@ -286,8 +286,8 @@ fn tried(
         ReadError::Bad(told) | ReadError::CutOff(told) => NoTrial::Cad(told),
     };
     run.enter(Stage::Read)?;
-    let bytes = io::read_file(scan).map_err(fault)?;
-    let sha256 = io::sha256_hex(&bytes);
+    let bytes = io::read_file_while(scan, run).map_err(fault)?;
+    let sha256 = io::sha256_of(&bytes, run)?;
     let unit = document.read().draft.scans.map_or(LengthUnit::Mm, |scans| scans.unit);
     let cloud = io::read_cloud(&bytes, scan, unit, run).map_err(fault)?;
     drop(bytes);

@@ -6,6 +6,7 @@ use super::facts::FinishedPart;
 use crate::inspect::Outcome;
 use crate::report::palette::Palette;
 use crate::report::raster::{MapInput, MapPicture, MapStyle, draw};
+use crate::run::RunContext;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -105,5 +106,5 @@ fn map(part: &FinishedPart, [width, height]: [usize; 2]) -> Option<MapPicture> {
         max_height_px: height,
         line_px: 1,
     };
-    draw(&input, &style)
+    draw(&input, &style, &RunContext::silent()).ok().flatten()
 }

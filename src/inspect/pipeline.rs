@@ -97,7 +97,9 @@ fn measure_conditioned(
     run.enter(Stage::Features)?;
     let second_look = align::second_look(scan, part.face(best_fit.face), &best_fit.cad_from_scan, run)?;
     scan.reclassify(&second_look.sheet, PointClass::Kept);
+    run.check()?;
     let grid = PointGrid::build(scan, grid_cell_mm(scan));
+    run.check()?;
     // After the grid: to take low points from a measurement would move it, and one that is too low is none anyway.
     scan.reclassify(&second_look.belt, PointClass::Belt);
     let scan = &*scan;

@@ -27,7 +27,7 @@ pub use write::{write_ply_cloud, write_stl};
 
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{LengthUnit, Mesh, PointCloud};
-use crate::run::RunContext;
+use crate::run::{Cancelled, RunContext};
 use format::Format;
 use sha2::{Digest, Sha256};
 use std::io::Read;
@@ -39,12 +39,22 @@ mod fuzz;
 /// Largest coordinate of a CAD or a cloud, mm: a kilometre, as in a plan.
 pub const LARGEST_COORDINATE_MM: f64 = 1e6;
 
+/// What is read, and hashed, between two looks at whether the job was cancelled, bytes.
+const PIECE: usize = 1 << 22;
+
 /// The whole of a plain file. Pipes and devices, which might never end, are refused before they are opened, and no more
 /// is read than the file held when it was opened.
 ///
 /// # Errors
 /// The file is not there, is no plain file, or cannot be read.
 pub fn read_plain(path: &Path) -> std::io::Result<Vec<u8>> {
+    let (file, length) = open_plain(path)?;
+    let mut bytes = room_for(length)?;
+    file.take(length).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn open_plain(path: &Path) -> std::io::Result<(std::fs::File, u64)> {
     let about = std::fs::metadata(path)?;
     if about.is_dir() {
         return Err(std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a folder"));
@@ -54,9 +64,12 @@ pub fn read_plain(path: &Path) -> std::io::Result<Vec<u8>> {
     }
     let file = std::fs::File::open(path)?;
     let length = file.metadata()?.len();
+    Ok((file, length))
+}
+
+fn room_for(length: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX))?;
-    file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -65,19 +78,51 @@ pub fn read_plain(path: &Path) -> std::io::Result<Vec<u8>> {
 /// # Errors
 /// The file cannot be opened or read, or is a folder; the message carries the system's reason.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
-    read_plain(path).map_err(|error| {
+    read_file_while(path, &RunContext::silent())
+}
+
+/// The same in a job that may be cancelled.
+///
+/// # Errors
+/// Those of [`read_file`], or the job was cancelled.
+pub fn read_file_while(path: &Path, run: &RunContext) -> Result<Vec<u8>, ReadError> {
+    let in_words = |error: std::io::Error| -> ReadError {
         let help = match error.kind() {
             std::io::ErrorKind::NotFound => "check the name and the folder; names in a plan start at the plan's folder",
             std::io::ErrorKind::PermissionDenied => "give this user the right to read the file",
             _ => "check that the file, its disk and the network are there",
         };
         Diagnostic::error(format!("the file cannot be read: {error}")).in_file(path).with_help(help).into()
-    })
+    };
+    let (file, length) = open_plain(path).map_err(in_words)?;
+    let mut bytes = room_for(length).map_err(in_words)?;
+    let mut rest = file.take(length);
+    loop {
+        run.check()?;
+        let read = rest.by_ref().take(PIECE as u64).read_to_end(&mut bytes).map_err(in_words)?;
+        if read == 0 {
+            return Ok(bytes);
+        }
+    }
 }
 
 /// SHA-256 of some bytes as 64 lower-case hexadecimal digits: the identity of scan, plan and CAD in reports.
 pub fn sha256_hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    in_hex(Sha256::digest(bytes).as_ref())
+}
+
+/// The same of many bytes, in a job that may be cancelled.
+pub fn sha256_of(bytes: &[u8], run: &RunContext) -> Result<String, Cancelled> {
+    let mut hash = Sha256::new();
+    for piece in bytes.chunks(PIECE) {
+        run.check()?;
+        hash.update(piece);
+    }
+    Ok(in_hex(hash.finalize().as_ref()))
+}
+
+fn in_hex(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Reads a CAD mesh (STL, OBJ or PLY), coordinates converted from `unit` to mm.

@@ -30,7 +30,7 @@ pub fn load_or_prepare(
     run: &RunContext,
 ) -> Result<(Part, CacheUse), ReadError> {
     run.enter(Stage::Prepare)?;
-    let bytes = io::read_file(&cad.path)?;
+    let bytes = io::read_file_while(&cad.path, run)?;
     let cad_sha256 = io::sha256_hex(&bytes);
     let key = cache::key(&cad_sha256, cad.unit, settings);
     if let Some(part) = cache_file.and_then(|file| cache::load(file, &key, &cad_sha256, settings)) {
@@ -42,6 +42,7 @@ pub fn load_or_prepare(
         ReadError::Bad(diagnostic) => diagnostic.in_file(&cad.path).into(),
         other => other,
     })?;
+    run.check()?;
     // A folder that cannot be written costs the time of preparing again, nothing else.
     let cache_use = cache_file.map_or(CacheUse::NotWanted, |file| match cache::store(file, &key, &part) {
         Ok(()) => CacheUse::Built,

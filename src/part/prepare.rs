@@ -7,7 +7,7 @@ use crate::geometry::weld::weld;
 use crate::geometry::{Aabb, Bvh, Mesh, Point3, Vector3};
 use crate::io::LARGEST_COORDINATE_MM;
 use crate::plan::{CadSide, Side};
-use crate::run::RunContext;
+use crate::run::{Cancelled, RunContext};
 
 /// Vertices nearer than this share of the diagonal are one.
 const WELD_TOLERANCE: f64 = 1e-6;
@@ -28,12 +28,12 @@ impl Part {
         let triangles_in_file = mesh.triangles.len();
         let diagonal = check(&mesh)?;
         let mut warnings = Vec::new();
-        let mesh = clean(&mesh, diagonal, settings.cad_side, &mut warnings)?;
+        let mesh = clean(&mesh, diagonal, settings.cad_side, &mut warnings, run)?;
         run.check()?;
         let bounds = mesh.bounds().ok_or_else(|| Diagnostic::error("the CAD has no vertices"))?;
         let (faces, thickness_mm) = match settings.cad_side {
             CadSide::Solid => solid_faces(&mesh, settings, &mut warnings)?,
-            _ => (sheet_faces(&mesh, settings, &mut warnings), settings.thickness_mm),
+            _ => (sheet_faces(&mesh, settings, &mut warnings, run)?, settings.thickness_mm),
         };
         run.check()?;
         let centroid = centroid(&mesh, &bounds);
@@ -90,13 +90,21 @@ pub(super) fn check(mesh: &Mesh) -> Result<f64, Diagnostic> {
 }
 
 /// Welds, orients, and tells what was odd.
-fn clean(mesh: &Mesh, diagonal: f64, cad_side: CadSide, warnings: &mut Vec<String>) -> Result<Mesh, Diagnostic> {
+fn clean(
+    mesh: &Mesh,
+    diagonal: f64,
+    cad_side: CadSide,
+    warnings: &mut Vec<String>,
+    run: &RunContext,
+) -> Result<Mesh, ReadError> {
     let welded = weld(mesh, WELD_TOLERANCE * diagonal);
     let mut clean = welded.mesh;
     if clean.area() <= 0.0 {
         return Err(Diagnostic::error("no triangle of the CAD has an area, expected the surface of a part")
-            .with_help("export the part's surface as a triangle mesh"));
+            .with_help("export the part's surface as a triangle mesh")
+            .into());
     }
+    run.check()?;
     let mut say = |count: usize, words: &str| {
         if count > 0 {
             warnings.push(format!("CAD: {count} {words}"));
@@ -130,7 +138,12 @@ fn point_outwards(mesh: &mut Mesh) {
 }
 
 /// Both faces of a sheet whose CAD is one surface.
-fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>) -> [Face; 2] {
+fn sheet_faces(
+    mesh: &Mesh,
+    settings: &PartSettings,
+    warnings: &mut Vec<String>,
+    run: &RunContext,
+) -> Result<[Face; 2], Cancelled> {
     let one = |side: Side| {
         let mut moved = skin::offset(mesh, settings.cad_side.face_offset_mm(side, settings.thickness_mm));
         if side == Side::Bottom {
@@ -139,6 +152,7 @@ fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>)
         (moved.mesh, moved.folded)
     };
     let ((top, bottom), bvh) = rayon::join(|| (one(Side::Top), one(Side::Bottom)), || Bvh::build(mesh));
+    run.check()?;
     // One tree serves all three surfaces: they are a thickness apart.
     let shape = bvh.shape();
     let face = |side: Side, (mesh, folded): (Mesh, usize)| {
@@ -154,7 +168,7 @@ fn sheet_faces(mesh: &Mesh, settings: &PartSettings, warnings: &mut Vec<String>)
             ));
         }
     }
-    [top.0, bottom.0]
+    Ok([top.0, bottom.0])
 }
 
 /// What is thicker than this share of its size, against the plan, is a block and no sheet.

@@ -20,7 +20,7 @@ use super::stray::components;
 use crate::diagnostic::{Refusal, Stop};
 use crate::geometry::{Point3, PointCloud, UnitVector3};
 use crate::plan::model::BackgroundSettings;
-use crate::run::RunContext;
+use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 
 /// Fewer points than this are no scan of a part.
@@ -45,7 +45,7 @@ pub fn condition(
     if cloud.len() < FEWEST_POINTS {
         return Err(too_few(cloud.len(), cloud.skipped_invalid).into());
     }
-    let again = duplicates(&cloud.positions);
+    let again = duplicates(&cloud.positions, run)?;
     if cloud.len() - again.len() < FEWEST_POINTS {
         return Err(few_places(cloud.len() - again.len(), cloud.len()).into());
     }
@@ -136,6 +136,7 @@ fn attempt(
     let colours = BeltColours::new(&settings.belt_colours, settings.colour_tolerance);
     let luminance_min = luminance_threshold(cloud, settings, dark_filter);
     let mut bright = bright_points(cloud, luminance_min);
+    run.check()?;
     warn_of_darkness(cloud, &bright, luminance_min, dark_filter, &mut warnings);
     leave_out(&mut bright, again);
     warnings.extend(warning_of_duplicates(again.len(), cloud.len()));
@@ -146,8 +147,11 @@ fn attempt(
     let Some(overall) = texture(&cloud.positions, &bright, 1) else {
         return Err(Refusal::new("all points of the scan lie on one spot", "see whether the measurement worked").into());
     };
-    let belt =
-        if settings.belt_plane { search_belt(cloud, &bright, &colours, overall, hints, &mut warnings) } else { None };
+    let belt = if settings.belt_plane {
+        search_belt(cloud, &bright, &colours, overall, hints, &mut warnings, run)?
+    } else {
+        None
+    };
     run.check()?;
     let rules = rules(cloud, &bright, belt, luminance_min, &colours, overall, settings, hints, &mut warnings)?;
     let mut classes = classify(cloud, &rules);
@@ -155,7 +159,7 @@ fn attempt(
         classes[k as usize] = PointClass::Duplicate;
     }
     run.check()?;
-    let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints)?;
+    let (kept, spacing_mm) = settle_kept(cloud, &mut classes, overall, &rules, hints, run)?;
     let told = hints.view_direction.map(|d| -d).or(belt.map(|b| b.normal));
     let to_camera = told.or_else(|| mean_normal(cloud, &kept));
     let belt_clearance_mm = belt.map(|_| rules.clearance_mm);
@@ -214,7 +218,8 @@ fn search_belt(
     texture: Texture,
     hints: &ScanHints,
     warnings: &mut Vec<String>,
-) -> Option<BeltPlane> {
+    run: &RunContext,
+) -> Result<Option<BeltPlane>, Cancelled> {
     const SAMPLE: usize = 6000;
     let places = stratified(bright.len(), SAMPLE, 3);
     let index = |&k: &u32| bright[k as usize] as usize;
@@ -225,7 +230,9 @@ fn search_belt(
     };
     let each_for = bright.len() as f64 / points.len() as f64;
     let sample = Sample { points, belt_coloured, texture, each_for };
-    match find_belt(&sample, hints) {
+    let found = find_belt(&sample, hints);
+    run.check()?;
+    Ok(match found {
         Verdict::Belt(rough) if are_parts_alone(&cloud.positions, bright, &rough, texture, hints) => {
             warnings.push("no belt plane in view: what is in view are parts, each no larger than the CAD".into());
             None
@@ -239,7 +246,7 @@ fn search_belt(
             warnings.push(format!("no belt plane in view: {why}"));
             None
         }
-    }
+    })
 }
 
 fn classify(cloud: &PointCloud, rules: &Rules) -> Vec<PointClass> {
@@ -281,22 +288,26 @@ fn settle_kept(
     overall: Texture,
     rules: &Rules,
     hints: &ScanHints,
-) -> Result<(Vec<u32>, f64), Refusal> {
+    run: &RunContext,
+) -> Result<(Vec<u32>, f64), Stop> {
     let candidates = kept_indices(classes);
     if candidates.len() < FEWEST_POINTS {
-        return Err(nothing_left(candidates.len(), rules));
+        return Err(nothing_left(candidates.len(), rules).into());
     }
+    run.check()?;
     let part_mm = if hints.has_size() { hints.diagonal_mm() } else { 200.0 * overall.spacing_mm };
     let found = components(&cloud.positions, &candidates, overall.spacing_mm, 0.1 * part_mm, part_mm);
+    run.check()?;
     let point_mm2 = overall.spacing_mm * overall.spacing_mm;
     let body_mm2 = found.body_points as f64 * point_mm2;
     if found.body_points < FEWEST_POINTS || body_mm2 < LEAST_BODY * hints.part_area_mm2 {
-        return Err(nothing_left(found.body_points, rules));
+        return Err(nothing_left(found.body_points, rules).into());
     }
     for &k in &found.stray {
         classes[k as usize] = PointClass::Stray;
     }
     let kept = kept_indices(classes);
+    run.check()?;
     let spacing_mm = texture(&cloud.positions, &kept, 6).map_or(overall.spacing_mm, |t| t.spacing_mm);
     Ok((kept, spacing_mm))
 }

@@ -3,6 +3,7 @@
 
 use super::neighbourhood::CHUNK;
 use crate::geometry::Point3;
+use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,36 +12,44 @@ use std::sync::atomic::{AtomicU64, Ordering};
 ///
 /// Two tables of bits, one a hash, tell which places may be taken twice; only those are looked up exactly. Which bits end up set
 /// does not depend on the order in which they are.
-pub(super) fn duplicates(positions: &[Point3]) -> Vec<u32> {
+pub(super) fn duplicates(positions: &[Point3], run: &RunContext) -> Result<Vec<u32>, Cancelled> {
     const BITS_PER_POINT: usize = 8;
     let bits = (BITS_PER_POINT * positions.len()).next_power_of_two().max(64);
     let table = || -> Vec<AtomicU64> { (0..bits / 64).map(|_| AtomicU64::new(0)).collect() };
-    let (once, again) = (table(), table());
+    let (once, twice) = (table(), table());
     let bit = |p: &Point3| {
         let slot = hash(&key(p)) as usize & (bits - 1);
         (slot / 64, 1_u64 << (slot % 64))
     };
-    positions.par_chunks(CHUNK).for_each(|points| {
+    positions.par_chunks(CHUNK).try_for_each(|points| {
+        run.check()?;
         for (word, mask) in points.iter().map(bit) {
             if once[word].fetch_or(mask, Ordering::Relaxed) & mask != 0 {
-                again[word].fetch_or(mask, Ordering::Relaxed);
+                twice[word].fetch_or(mask, Ordering::Relaxed);
             }
         }
-    });
+        Ok(())
+    })?;
     let suspect = |p: &Point3| {
         let (word, mask) = bit(p);
-        again[word].load(Ordering::Relaxed) & mask != 0
+        twice[word].load(Ordering::Relaxed) & mask != 0
     };
     let suspects: Vec<Vec<u32>> = positions
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(chunk, points)| {
+            run.check()?;
             let those = points.iter().enumerate().filter(|(_, p)| suspect(p));
-            those.map(|(k, _)| (chunk * CHUNK + k) as u32).collect()
+            Ok(those.map(|(k, _)| (chunk * CHUNK + k) as u32).collect())
         })
-        .collect();
+        .collect::<Result<_, Cancelled>>()?;
     let mut taken = HashSet::new();
-    suspects.concat().into_iter().filter(|&k| !taken.insert(key(&positions[k as usize]))).collect()
+    let mut again = Vec::new();
+    for some in suspects.concat().chunks(CHUNK) {
+        run.check()?;
+        again.extend(some.iter().copied().filter(|&k| !taken.insert(key(&positions[k as usize]))));
+    }
+    Ok(again)
 }
 
 /// Takes some indices out of others; both ascend.
@@ -81,6 +90,10 @@ fn hash(key: &[u64; 3]) -> u64 {
 mod tests {
     use super::*;
 
+    fn found(positions: &[Point3]) -> Vec<u32> {
+        duplicates(positions, &RunContext::silent()).unwrap()
+    }
+
     #[test]
     fn indices_are_left_out() {
         let mut indices = vec![1, 2, 5, 7, 9];
@@ -95,11 +108,11 @@ mod tests {
 
     #[test]
     fn points_of_their_own_are_no_duplicates() {
-        assert!(duplicates(&lattice()).is_empty());
-        assert!(duplicates(&[]).is_empty());
+        assert!(found(&lattice()).is_empty());
+        assert!(found(&[]).is_empty());
         // Next to each other, or with coordinates swapped, is elsewhere.
         let near = [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f64.next_up()], [2.0, 1.0, 3.0], [3.0, 2.0, 1.0]];
-        assert!(duplicates(&near.map(Point3::from)).is_empty());
+        assert!(found(&near.map(Point3::from)).is_empty());
     }
 
     #[test]
@@ -108,8 +121,8 @@ mod tests {
         let again: Vec<Point3> = points.iter().skip(7).step_by(100).copied().collect();
         points.extend(again.iter().copied().chain(again.iter().take(3).copied()));
         let expected: Vec<u32> = (70_000..points.len() as u32).collect();
-        assert_eq!(duplicates(&points), expected);
+        assert_eq!(found(&points), expected);
         let zeros = [[0.0, 1.0, 0.0], [-0.0, 1.0, 0.0]];
-        assert_eq!(duplicates(&zeros.map(Point3::from)), [1]);
+        assert_eq!(found(&zeros.map(Point3::from)), [1]);
     }
 }

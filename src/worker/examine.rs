@@ -38,13 +38,13 @@ pub(super) enum Examined {
 /// Reads and hashes a scan. The inner error: the system does not give the file.
 pub(super) fn load(scan: &Path, run: &RunContext) -> Result<Result<ScanBytes, Box<Diagnostic>>, Cancelled> {
     run.enter(Stage::Read)?;
-    let bytes = match io::read_file(scan) {
+    let bytes = match io::read_file_while(scan, run) {
         Ok(bytes) => bytes,
         Err(ReadError::Cancelled(cancelled)) => return Err(cancelled),
         Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => return Ok(Err(diagnostic)),
     };
     run.enter(Stage::Hash)?;
-    let sha256 = io::sha256_hex(&bytes);
+    let sha256 = io::sha256_of(&bytes, run)?;
     Ok(Ok(ScanBytes { bytes, sha256 }))
 }
 

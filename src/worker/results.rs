@@ -12,6 +12,7 @@ use crate::report::atomic::Staged;
 use crate::report::manifest::{self, Manifest};
 use crate::report::sequence::{self, Row, SequenceTable};
 use crate::report::{self, MapScene};
+use crate::run::{Cancelled, RunContext};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
@@ -114,7 +115,13 @@ impl ResultsFolder {
     }
 
     /// The reports of one scan as bytes. Takes the time, writes nothing.
-    pub fn print(&mut self, scan: &Path, inspected: &Inspected, part: &Part) -> (String, Printed) {
+    pub fn print(
+        &mut self,
+        scan: &Path,
+        inspected: &Inspected,
+        part: &Part,
+        run: &RunContext,
+    ) -> Result<(String, Printed), Cancelled> {
         let endings: Vec<&str> = self.formats.iter().map(|format| ending_of(*format)).collect();
         let (folder, scans, manifest) = (&self.path, &self.scans_here, &self.manifest);
         let taken = |file: &str| scans.contains(file) || (!manifest.lists(file) && folder.join(file).exists());
@@ -122,9 +129,12 @@ impl ResultsFolder {
             was_written_by_us(folder, name) || !endings.iter().any(|ending| taken(&format!("{name}.{ending}")))
         };
         let name = self.names.name_for(scan, inspected.result.identity.scan_sha256.as_deref(), free);
-        let print = |format: &OutputFormat| (format!("{name}.{}", ending_of(*format)), print(*format, inspected, part));
-        let printed = self.formats.iter().map(print).collect();
-        (name, printed)
+        let print = |format: &OutputFormat| {
+            run.check()?;
+            Ok((format!("{name}.{}", ending_of(*format)), print(*format, inspected, part, run)?))
+        };
+        let printed = self.formats.iter().map(print).collect::<Result<_, Cancelled>>()?;
+        Ok((name, printed))
     }
 
     /// The name under which the reports of an earlier scan will be kept, where those of this one take their place though its
@@ -283,21 +293,26 @@ pub(super) fn ending_of(format: OutputFormat) -> &'static str {
 }
 
 /// The bytes of one format; `None` where a refused scan has nothing to show in it.
-fn print(format: OutputFormat, inspected: &Inspected, part: &Part) -> Option<Vec<u8>> {
+fn print(
+    format: OutputFormat,
+    inspected: &Inspected,
+    part: &Part,
+    run: &RunContext,
+) -> Result<Option<Vec<u8>>, Cancelled> {
     let result = &inspected.result;
-    match format {
+    Ok(match format {
         OutputFormat::Json => Some(report::json(result).into_bytes()),
         OutputFormat::Ascii => Some(report::ascii(result).into_bytes()),
         OutputFormat::Csv => Some(report::csv(result).into_bytes()),
         OutputFormat::Ply => match &result.outcome {
-            Outcome::Measured(_) => Some(report::ply(result, inspected.scan.as_ref()?)),
+            Outcome::Measured(_) => inspected.scan.as_ref().map(|scan| report::ply(result, scan, run)).transpose()?,
             Outcome::Refused(_) => None,
         },
         OutputFormat::Pdf => {
             let scene = inspected.scan.as_ref().map(|scan| MapScene { part, scan });
-            Some(report::pdf(result, scene.as_ref()))
+            Some(report::pdf(result, scene.as_ref(), run)?)
         }
-    }
+    })
 }
 
 #[cfg(test)]

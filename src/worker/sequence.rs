@@ -231,12 +231,13 @@ impl<'a> Sequence<'a> {
             return Ok(ScanEnd::Dropped);
         }
         let (results, part) = (&mut self.results, &self.examiner.part);
-        let printed = catch_unwind(AssertUnwindSafe(|| results.print(scan, &inspected, part)));
-        let (name, printed) = printed.unwrap_or_else(|panic| {
+        let printed = catch_unwind(AssertUnwindSafe(|| results.print(scan, &inspected, part, run)));
+        let printed = printed.unwrap_or_else(|panic| {
             let sha256 = inspected.result.identity.scan_sha256.take();
             inspected = self.examiner.broken(scan, sha256, &*panic);
-            self.results.print(scan, &inspected, &self.examiner.part)
+            self.results.print(scan, &inspected, &self.examiner.part, run)
         });
+        let Ok((name, printed)) = printed else { return Ok(ScanEnd::Dropped) };
         let aside = self.results.sets_aside(&name, &inspected);
         let files = self.results.store(&name, printed, &inspected)?;
         if let Some(aside) = aside {

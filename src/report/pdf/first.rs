@@ -8,6 +8,7 @@ use super::worst::Worst;
 use crate::inspect::{Inspection, InspectionResult, Outcome, Verdict};
 use crate::report::raster::MapPicture;
 use crate::report::words::{Counts, capital, part_verdict, thousands};
+use crate::run::{Cancelled, RunContext};
 
 const HEADING: Type = set(Font::SemiBold, 10.3);
 const CELL: Type = set(Font::Regular, 7.8);
@@ -29,16 +30,21 @@ pub fn part_word(result: &InspectionResult) -> &'static str {
 }
 
 /// Draws the first page; returns the picture that it refers to.
-pub fn draw(page: &mut Page<'_>, result: &InspectionResult, scene: Option<&MapScene<'_>>) -> Option<MapPicture> {
+pub fn draw(
+    page: &mut Page<'_>,
+    result: &InspectionResult,
+    scene: Option<&MapScene<'_>>,
+    run: &RunContext,
+) -> Result<Option<MapPicture>, Cancelled> {
     card(page, result);
     match &result.outcome {
         Outcome::Refused(refusal) => {
             let y = identity(page, result, 46.0);
             let y = paragraph(page, y + 8.0, "Reason", &refusal.reason);
             paragraph(page, y + 3.0, "What to do", &refusal.help);
-            None
+            Ok(None)
         }
-        Outcome::Measured(inspection) => measured(page, result, inspection, scene),
+        Outcome::Measured(inspection) => measured(page, result, inspection, scene, run),
     }
 }
 
@@ -47,7 +53,8 @@ fn measured(
     result: &InspectionResult,
     inspection: &Inspection,
     scene: Option<&MapScene<'_>>,
-) -> Option<MapPicture> {
+    run: &RunContext,
+) -> Result<Option<MapPicture>, Cancelled> {
     let down = no_alignment(page, inspection, 43.6);
     counts(page, inspection, 46.0 + down);
     let y = identity(page, result, 50.6 + down);
@@ -57,14 +64,17 @@ fn measured(
     let worst = Worst::of(page.fonts, inspection);
     // The worst points and the caption stay below the map.
     let height = BOTTOM - top - worst.least_height() - 16.0;
-    let map = scene.and_then(|scene| prepare(page, result, inspection, scene, MapRoom { top, height }));
+    let map = match scene {
+        Some(scene) => prepare(page, result, inspection, scene, MapRoom { top, height }, run)?,
+        None => None,
+    };
     let bottom = match &map {
         Some(map) => map.put(page, result, inspection),
         None => no_map(page, top),
     };
     caption(page, bottom + 6.0, inspection, map.as_ref());
     worst.put(page, inspection, bottom + 14.2);
-    map.map(|map: PreparedMap<'_>| map.picture)
+    Ok(map.map(|map: PreparedMap<'_>| map.picture))
 }
 
 /// Why the plan's alignment was not possible and what to do, in a box; returns how much room it took, mm.

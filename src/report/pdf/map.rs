@@ -10,6 +10,7 @@ use crate::report::flags::{Flag, Margin, Room, place, split};
 use crate::report::palette::Palette;
 use crate::report::raster::{MapInput, MapPicture, MapStyle, draw};
 use crate::report::words::{deviation as deviation_words, kind, signed_mm, thousands, worst_first};
+use crate::run::{Cancelled, RunContext};
 use crate::scan::ConditionedScan;
 
 /// What the map needs beside the result: the part's shape and the scan's points.
@@ -79,7 +80,8 @@ pub fn prepare<'a>(
     inspection: &'a Inspection,
     scene: &MapScene<'_>,
     room: MapRoom,
-) -> Option<PreparedMap<'a>> {
+    run: &RunContext,
+) -> Result<Option<PreparedMap<'a>>, Cancelled> {
     let labelled = labelled(inspection);
     let flag_width = if labelled.is_empty() { 0.0 } else { flag_width(page, &labelled) + 3.0 };
     let width = LEGEND - 5.0 - LEFT - 2.0 * flag_width;
@@ -93,8 +95,8 @@ pub fn prepare<'a>(
         max_height_px: (room.height * PX_PER_MM) as usize,
         line_px: 2,
     };
-    let picture = draw(&input, &style)?;
-    Some(PreparedMap { picture, labelled, flag_width, room })
+    let picture = draw(&input, &style, run)?;
+    Ok(picture.map(|picture| PreparedMap { picture, labelled, flag_width, room }))
 }
 
 impl PreparedMap<'_> {

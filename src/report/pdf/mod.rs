@@ -21,17 +21,19 @@ use super::json::json;
 use super::raster::MapPicture;
 use super::words::{PROGRAM, SCHEMA, clean};
 use crate::inspect::{InspectionResult, Outcome};
+use crate::run::{Cancelled, RunContext};
 pub use map::MapScene;
 use page::{Font, Fonts, Page, set};
 use theme::{LEFT, QUIET, RIGHT, STRONG, TEXT};
 
 /// The PDF report. Without a scene it has no map, and says so.
-pub fn pdf(result: &InspectionResult, scene: Option<&MapScene<'_>>) -> Vec<u8> {
+pub fn pdf(result: &InspectionResult, scene: Option<&MapScene<'_>>, run: &RunContext) -> Result<Vec<u8>, Cancelled> {
     let fonts = Fonts::new();
-    let (pages, picture) = pages(&fonts, result, scene);
+    let (pages, picture) = pages(&fonts, result, scene, run)?;
+    run.check()?;
     let id = &result.identity;
     let title = clean(&format!("{}: {}, scan {}", first::part_word(result), id.part_name, id.scan_file));
-    document::bytes(pages, &fonts, picture, &title, json(result).as_bytes())
+    Ok(document::bytes(pages, &fonts, picture, &title, json(result).as_bytes()))
 }
 
 /// All pages, and the picture to which the first refers.
@@ -39,9 +41,10 @@ fn pages<'a>(
     fonts: &'a Fonts,
     result: &InspectionResult,
     scene: Option<&MapScene<'_>>,
-) -> (Vec<Page<'a>>, Option<MapPicture>) {
+    run: &RunContext,
+) -> Result<(Vec<Page<'a>>, Option<MapPicture>), Cancelled> {
     let mut first = Page::new(fonts);
-    let picture = first::draw(&mut first, result, scene);
+    let picture = first::draw(&mut first, result, scene, run)?;
     let mut pages = vec![first];
     if let Outcome::Measured(inspection) = &result.outcome {
         pages.extend(rest::draw(fonts, result, inspection));
@@ -50,7 +53,7 @@ fn pages<'a>(
     for (k, page) in pages.iter_mut().enumerate() {
         footer(page, k + 1, count);
     }
-    (pages, picture)
+    Ok((pages, picture))
 }
 
 fn footer(page: &mut Page<'_>, number: usize, count: usize) {

@@ -84,7 +84,7 @@ fn long_names(fail: &InspectionResult) -> InspectionResult {
 /// All texts of a report, page by page.
 fn texts(case: &Case, part: &crate::part::Part, scan: &crate::scan::ConditionedScan) -> Vec<Vec<Placed>> {
     let fonts = Fonts::new();
-    let (pages, _) = pages(&fonts, &case.result, Some(&MapScene { part, scan }));
+    let (pages, _) = pages(&fonts, &case.result, Some(&MapScene { part, scan }), &RunContext::silent()).unwrap();
     pages.iter().map(Page::texts).collect()
 }
 
@@ -173,7 +173,7 @@ fn the_same_bytes_twice_and_with_any_number_of_threads() {
     for case in cases.iter().filter(|c| ["fail", "refused"].contains(&c.name)) {
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| pdf(&case.result, Some(&scene)))
+            pool.install(|| pdf(&case.result, Some(&scene), &RunContext::silent()).unwrap())
         };
         let bytes = with(1);
         assert!(bytes == with(2), "{}", case.name);
@@ -182,7 +182,7 @@ fn the_same_bytes_twice_and_with_any_number_of_threads() {
         assert!(!text.contains("CreationDate") && !text.contains("ModDate"));
     }
     let ids = |result: &InspectionResult| {
-        let bytes = pdf(result, None);
+        let bytes = pdf(result, None, &RunContext::silent()).unwrap();
         let text = String::from_utf8_lossy(&bytes).into_owned();
         text[text.rfind("/ID").unwrap()..].to_owned()
     };
@@ -193,7 +193,7 @@ fn the_same_bytes_twice_and_with_any_number_of_threads() {
 
 #[test]
 fn text_can_be_selected_and_fonts_are_in_the_file() {
-    let bytes = pdf(&example::bracket(), None);
+    let bytes = pdf(&example::bracket(), None, &RunContext::silent()).unwrap();
     let options = printpdf::PdfParseOptions::default();
     let document = printpdf::PdfDocument::parse(&bytes, &options, &mut Vec::new()).unwrap();
     let text = document.extract_text().concat().concat();

@@ -3,6 +3,7 @@
 use super::field::{Field, convolve};
 use super::surface::{SHADES, SUPERSAMPLING, Sample, Surface};
 use crate::report::palette::{Palette, Rgb};
+use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 
 /// How the picture is coloured.
@@ -38,11 +39,13 @@ const LEAST_BEND_MM: f64 = 5.0;
 const JUMP_MM: f32 = 3.0;
 
 /// Pixels as RGB, row by row from the top.
-pub fn compose(surface: &Surface, field: &Field, style: &Style) -> Vec<u8> {
+pub fn compose(surface: &Surface, field: &Field, style: &Style, run: &RunContext) -> Result<Vec<u8>, Cancelled> {
     let (width, height) = (field.width, field.height);
     let seen = Seen::of(surface, width, height);
     let lines = without_specks(level_lines(field, &seen, style), width, LEAST_LEVEL_MM * style.px_per_mm);
+    run.check()?;
     let bends = without_specks(seen.bend_lines(style.px_per_mm), width, LEAST_BEND_MM * style.px_per_mm);
+    run.check()?;
     let colours: Vec<Rgb> =
         (0..=2 * COLOUR_STEPS as usize).map(|k| style.palette.colour(k as f64 / COLOUR_STEPS - 1.0)).collect();
     let mut pixels = vec![255u8; width * height * 3];
@@ -68,7 +71,7 @@ pub fn compose(surface: &Surface, field: &Field, style: &Style) -> Vec<u8> {
             (0..3).for_each(|c| row[3 * x + c] = (colour[c] + 0.5) as u8);
         }
     });
-    pixels
+    Ok(pixels)
 }
 
 fn sample(surface: &Surface, x: usize, y: usize, k: usize) -> &Sample {

@@ -1,7 +1,9 @@
 //! Deviations of the cloud as a field over the picture: the mean in each pixel, small gaps filled from around.
 
 use super::surface::{SUPERSAMPLING, Surface};
+use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
 /// A point of the cloud in the picture.
 #[derive(Debug, Clone, Copy)]
@@ -37,16 +39,25 @@ const REACH: f64 = 2.5;
 /// Standard deviation of the fill's weights in point spacings: the values of the nearest few points count.
 const SIGMA: f64 = 0.7;
 
-/// Spreads the dots over the pixels in which their surface is seen. `spacing_px` is the distance between neighbouring
-/// points in pixels.
-pub fn splat(dots: impl Iterator<Item = Dot>, surface: &Surface, spacing_px: f64) -> Field {
+/// Dots spread by one task.
+const CHUNK: usize = 1 << 15;
+
+/// Spreads so many dots, told by their number, over the pixels in which their surface is seen. `spacing_px` is the distance between
+/// neighbouring points in pixels.
+pub fn splat(
+    count: usize,
+    dot: impl Fn(usize) -> Dot + Sync,
+    surface: &Surface,
+    spacing_px: f64,
+    run: &RunContext,
+) -> Result<Field, Cancelled> {
     let (width, height) = (surface.width / SUPERSAMPLING, surface.height / SUPERSAMPLING);
     // Sums of whole nanometres do not depend on the order of the points.
-    let mut sums = vec![0i64; width * height];
-    let mut counts = vec![0u32; width * height];
-    for dot in dots {
+    let sums: Vec<AtomicI64> = (0..width * height).map(|_| AtomicI64::new(0)).collect();
+    let counts: Vec<AtomicU32> = (0..width * height).map(|_| AtomicU32::new(0)).collect();
+    let spread = |dot: Dot| {
         if !(dot.x >= 0.0 && dot.y >= 0.0 && dot.x < width as f64 && dot.y < height as f64) {
-            continue;
+            return;
         }
         let (x, y) = (dot.x as usize, dot.y as usize);
         let reach = (DEPTH_MM + 1.5 * f64::from(dot.deviation_mm).abs()) as f32;
@@ -55,14 +66,19 @@ pub fn splat(dots: impl Iterator<Item = Dot>, surface: &Surface, spacing_px: f64
             (surface.samples[sy * surface.width + sx].depth_mm - dot.depth_mm as f32).abs() <= reach
         });
         if visible && dot.deviation_mm.is_finite() {
-            sums[y * width + x] += (f64::from(dot.deviation_mm) * 1e6).round() as i64;
-            counts[y * width + x] += 1;
+            sums[y * width + x].fetch_add((f64::from(dot.deviation_mm) * 1e6).round() as i64, Ordering::Relaxed);
+            counts[y * width + x].fetch_add(1, Ordering::Relaxed);
         }
-    }
-    let sums: Vec<f32> = sums.iter().map(|&s| (s as f64 * 1e-6) as f32).collect();
-    let counts: Vec<f32> = counts.iter().map(|&n| n as f32).collect();
+    };
+    (0..count.div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
+        run.check()?;
+        (chunk * CHUNK..count.min((chunk + 1) * CHUNK)).for_each(|k| spread(dot(k)));
+        Ok(())
+    })?;
+    let sums: Vec<f32> = sums.into_iter().map(|s| (s.into_inner() as f64 * 1e-6) as f32).collect();
+    let counts: Vec<f32> = counts.into_iter().map(|n| n.into_inner() as f32).collect();
     let values = normalised_fill(&sums, &counts, width, height, spacing_px);
-    Field { width, height, values }
+    Ok(Field { width, height, values })
 }
 
 /// Weighted mean over the neighbourhood of each pixel; NaN where it holds no point.
@@ -127,10 +143,14 @@ mod tests {
         Dot { x, y, depth_mm, deviation_mm }
     }
 
+    fn spread(dots: &[Dot], surface: &Surface, spacing_px: f64) -> Field {
+        splat(dots.len(), |k| dots[k], surface, spacing_px, &RunContext::silent()).unwrap()
+    }
+
     #[test]
     fn a_constant_stays_constant_and_far_places_stay_empty() {
         let dots = (0..20).flat_map(|i| (0..20).map(move |j| dot(3.0 * f64::from(i), 3.0 * f64::from(j), 0.0, 0.25)));
-        let field = splat(dots, &flat(100, 60), 3.0);
+        let field = spread(&dots.collect::<Vec<Dot>>(), &flat(100, 60), 3.0);
         for y in 0..58 {
             for x in 0..58 {
                 assert!((field.values[y * 100 + x] - 0.25).abs() < 1e-5, "{x} {y}");
@@ -148,7 +168,7 @@ mod tests {
             dot(-1.0, 5.0, 0.0, 9.0),
             dot(f64::NAN, 5.0, 0.0, 9.0),
         ];
-        let field = splat(dots.into_iter(), &flat(10, 10), 1.0);
+        let field = spread(&dots, &flat(10, 10), 1.0);
         assert!((field.values[55] - 0.1).abs() < 1e-5);
     }
 
@@ -157,8 +177,8 @@ mod tests {
         let dots: Vec<Dot> = (0..500)
             .map(|k| dot(f64::from(k * 7 % 40), f64::from(k * 11 % 30), 0.0, (k as f32 * 0.37).sin()))
             .collect();
-        let a = splat(dots.iter().copied(), &flat(40, 30), 1.5);
-        let b = splat(dots.iter().rev().copied(), &flat(40, 30), 1.5);
+        let a = spread(&dots, &flat(40, 30), 1.5);
+        let b = spread(&dots.iter().rev().copied().collect::<Vec<Dot>>(), &flat(40, 30), 1.5);
         assert!(a.values.iter().zip(&b.values).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
 }

@@ -10,6 +10,7 @@ mod view;
 
 use super::palette::Palette;
 use crate::geometry::{Mesh, Point3};
+use crate::run::{Cancelled, RunContext};
 pub use field::Dot;
 use rayon::prelude::*;
 use surface::SUPERSAMPLING;
@@ -72,45 +73,49 @@ impl MapPicture {
 const EDGE_PX: usize = 3;
 
 /// Draws the map; `None` when the face has no extent.
-pub fn draw(input: &MapInput<'_>, style: &MapStyle) -> Option<MapPicture> {
-    let view = View::best(input.face)?;
+pub fn draw(input: &MapInput<'_>, style: &MapStyle, run: &RunContext) -> Result<Option<MapPicture>, Cancelled> {
+    run.check()?;
+    let Some(view) = View::best(input.face) else { return Ok(None) };
     let (w, h) = (2.0 * view.half_width_mm, 2.0 * view.half_height_mm);
     let room = |px: usize| px.saturating_sub(2 * EDGE_PX).max(1) as f64;
     let px_per_mm = (room(style.max_width_px) / w).min(room(style.max_height_px) / h);
     if !px_per_mm.is_finite() || px_per_mm <= 0.0 {
-        return None;
+        return Ok(None);
     }
     let size = |extent: f64| (extent * px_per_mm).ceil() as usize + 2 * EDGE_PX;
     let (width_px, height_px) = (size(w), size(h));
     let samples = SUPERSAMPLING as f64 * px_per_mm;
-    let surface = surface::draw(input.face, &view, SUPERSAMPLING * width_px, SUPERSAMPLING * height_px, samples);
+    run.check()?;
+    let surface = surface::draw(input.face, &view, [width_px, height_px].map(|px| SUPERSAMPLING * px), samples, run)?;
     let mut picture =
         MapPicture { width_px, height_px, pixels: Vec::new(), view, px_per_mm, beyond: [0, 0], reverse_seen: false };
     let reverse = surface.samples.par_iter().filter(|s| s.reverse).count();
     picture.reverse_seen = 1000 * reverse > surface.samples.len();
-    let dots: Vec<Dot> = input
-        .points
-        .par_iter()
-        .zip(input.deviations_mm)
-        .map(|(point, &deviation_mm)| {
-            let [x, y] = picture.place_px(point);
-            Dot { x, y, depth_mm: view.project(point)[2], deviation_mm }
-        })
-        .collect();
+    let dot = |k: usize| {
+        let point = &input.points[k];
+        let [x, y] = picture.place_px(point);
+        Dot { x, y, depth_mm: view.project(point)[2], deviation_mm: input.deviations_mm[k] }
+    };
+    let count = input.points.len().min(input.deviations_mm.len());
+    let field = field::splat(count, dot, &surface, input.spacing_mm * px_per_mm, run)?;
+    run.check()?;
     let range = style.range_mm as f32;
     picture.beyond = [
         input.deviations_mm.iter().filter(|&&d| d < -range).count(),
         input.deviations_mm.iter().filter(|&&d| d > range).count(),
     ];
-    let field = field::splat(dots.into_iter(), &surface, input.spacing_mm * px_per_mm);
     let style = compose::Style { range_mm: style.range_mm, palette: style.palette, px_per_mm, line_px: style.line_px };
-    picture.pixels = compose::compose(&surface, &field, &style);
-    Some(picture)
+    picture.pixels = compose::compose(&surface, &field, &style, run)?;
+    Ok(Some(picture))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn draw(input: &MapInput<'_>, style: &MapStyle) -> Option<MapPicture> {
+        super::draw(input, style, &RunContext::silent()).unwrap()
+    }
     use crate::report::example;
 
     fn style() -> MapStyle {

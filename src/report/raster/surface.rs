@@ -2,6 +2,7 @@
 
 use super::view::View;
 use crate::geometry::{Mesh, Vector3};
+use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 
 /// Samples in x and y in each pixel.
@@ -57,13 +58,20 @@ struct Projected {
 const BAND: usize = 32;
 
 /// Draws the mesh into `width` x `height` samples, `per_mm` samples a millimetre, the view's origin in the middle.
-pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize, per_mm: f64) -> Surface {
+pub fn draw(
+    mesh: &Mesh,
+    view: &View,
+    [width, height]: [usize; 2],
+    per_mm: f64,
+    run: &RunContext,
+) -> Result<Surface, Cancelled> {
     let normals = vertex_normals(mesh);
     let light = (view.towards + (view.up - view.right) * 0.75).normalize();
     let triangles: Vec<Projected> = (0..mesh.triangles.len())
         .into_par_iter()
         .filter_map(|t| project(mesh, t, &normals, &light, view, [width, height], per_mm))
         .collect();
+    run.check()?;
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
     for (k, triangle) in triangles.iter().enumerate() {
         for band in &mut bands[triangle.rows[0] / BAND..=triangle.rows[1] / BAND] {
@@ -71,14 +79,16 @@ pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize, per_mm: f64) 
         }
     }
     let mut samples = vec![NOTHING; width * height];
-    samples.par_chunks_mut(BAND * width.max(1)).zip(&bands).enumerate().for_each(|(band, (rows, mine))| {
+    samples.par_chunks_mut(BAND * width.max(1)).zip(&bands).enumerate().try_for_each(|(band, (rows, mine))| {
+        run.check()?;
         let first = band * BAND;
         let last = first + rows.len() / width;
         for &triangle in mine {
             fill(&triangles[triangle as usize], rows, width, first, last);
         }
-    });
-    Surface { width, height, samples }
+        Ok(())
+    })?;
+    Ok(Surface { width, height, samples })
 }
 
 /// Area-weighted mean normal of each vertex (not unit length where triangles cancel).
