@@ -41,9 +41,12 @@ impl Typed {
 /// A field of its own row: words, field, unit. `first`: it takes the focus when the dialog opens.
 pub fn text_ui(ui: &mut Ui, label: &str, text: &mut String, unit: &str, wrong: bool, first: bool, theme: &Theme) {
     ui.horizontal(|ui| {
-        let width = 150.0;
-        let (place, _) = ui.allocate_exact_size(vec2(width, 30.0), egui::Sense::hover());
-        let label = ui.put(place, egui::Label::new(label).halign(egui::Align::LEFT));
+        let column = Layout::left_to_right(egui::Align::Center);
+        let label = ui.allocate_ui_with_layout(vec2(150.0, 30.0), column, |ui| {
+            ui.set_min_width(150.0);
+            ui.label(label)
+        });
+        let label = label.inner;
         let edit = TextEdit::singleline(text).font(fonts::mono(size::BODY)).desired_width(130.0);
         let field = ui.add(edit).labelled_by(label.id);
         if wrong {
@@ -71,20 +74,25 @@ pub fn foot_ui(ui: &mut Ui, may: &Result<String, String>, name: &str, own_enter:
     ui.add_space(12.0);
     let theme = scope.theme;
     let (mut pressed, mut end) = (false, End::Open);
-    ui.with_layout(Layout::right_to_left(egui::Align::Center), |ui| {
+    let row = vec2(ui.available_width(), 36.0);
+    ui.allocate_ui_with_layout(row, Layout::right_to_left(egui::Align::Center), |ui| {
         let cancel = Button::new(scope.words.text("dialog.cancel")).min_size(vec2(96.0, 32.0));
         if ui.add(cancel).clicked() {
             end = End::Shut;
         }
-        let text = may.as_deref().unwrap_or(name);
-        let colour = if may.is_ok() { theme.on_accent } else { theme.quiet };
-        let fill = if may.is_ok() { theme.accent } else { theme.raised };
-        let button = Button::new(RichText::new(text).color(colour)).fill(fill).min_size(vec2(140.0, 32.0));
-        let enter = !own_enter && ui.input(|i| i.key_pressed(Key::Enter));
-        pressed = may.is_ok() && (ui.add_enabled(may.is_ok(), button).clicked() || enter);
-        if let Err(why) = may {
-            ui.add_enabled(false, Button::new(RichText::new(name).color(theme.quiet)).min_size(vec2(140.0, 32.0)));
-            ui.add(egui::Label::new(RichText::new(why).color(theme.quiet)).wrap());
+        // A button that has the focus takes Enter for itself.
+        let typing = ui.ctx().text_edit_focused() || ui.memory(|m| m.focused().is_none());
+        let enter = !own_enter && typing && ui.input(|i| i.key_pressed(Key::Enter));
+        match may {
+            Ok(text) => {
+                let button = Button::new(RichText::new(text).color(theme.on_accent)).fill(theme.accent);
+                pressed = ui.add(button.min_size(vec2(140.0, 32.0))).clicked() || enter;
+            }
+            Err(why) => {
+                let button = Button::new(RichText::new(name).color(theme.quiet)).min_size(vec2(140.0, 32.0));
+                ui.add_enabled(false, button);
+                ui.add(egui::Label::new(RichText::new(why).color(theme.quiet)).wrap());
+            }
         }
     });
     (pressed, if pressed { End::Shut } else { end })

@@ -164,6 +164,10 @@ pub fn names(
     for place in places.iter().flatten() {
         taken.add(Rect::from_center_size(place.pos, Vec2::splat(15.0)));
     }
+    // The green rims of features are part of the picture, too.
+    for (mark, _) in marks.iter().zip(places).filter(|(m, p)| m.list == List::Feature && p.is_some()) {
+        outline_in(&mark.geometry, sight).iter().for_each(|p| taken.add(Rect::from_center_size(*p, Vec2::splat(8.0))));
+    }
     let rank = |mark: &Mark| match mark.list {
         _ if chosen.has(mark.list, mark.row) => 0,
         List::Feature => 1,

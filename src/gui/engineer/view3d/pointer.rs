@@ -232,7 +232,8 @@ fn hover(ui: &Ui, response: &Response, target: &Target<'_>, view: &mut EngineerV
         }
         _ => {}
     }
-    let gone = |refused: &Refused| pos.is_none_or(|pos| pos.distance(refused.pos) > 40.0);
+    // A finger that was lifted has not gone away from what it asked.
+    let gone = |refused: &Refused| pos.is_some_and(|pos| pos.distance(refused.pos) > 40.0);
     if view.view3d.refused.as_ref().is_some_and(gone) {
         view.view3d.refused = None;
     }
