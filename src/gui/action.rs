@@ -1,6 +1,7 @@
 //! What a person can ask of the window. Views collect these; `App` carries them out, after everything is drawn.
 
 use super::engineer::{Command, Edit};
+use super::new_plan;
 use super::settings::ThemeChoice;
 use super::text::Language;
 use crate::diagnostic::Diagnostic;
@@ -85,6 +86,8 @@ pub enum Action {
     Engineer(Command),
     /// Close the window, whatever was asked about it.
     Close,
+    /// Make a plan for a new part.
+    NewPlan(new_plan::Command),
     /// The whole screen, or a window.
     FullScreen,
 }

@@ -7,6 +7,7 @@ use super::engineer::desk::Desk;
 use super::engineer::lock::Lock;
 use super::engineer::{self, EngineerView};
 use super::facts::Facts;
+use super::new_plan::{self, Assistant};
 use super::operator;
 use super::picture::Painter;
 use super::results::{self, ResultsView};
@@ -45,6 +46,10 @@ pub struct App {
     pub(super) desk: Desk,
     /// The plan that is to be read again when the sequence has ended.
     pub(super) reload: Option<PathBuf>,
+    /// A plan in the making.
+    pub(super) new_plan: Option<Assistant>,
+    /// The scan to be inspected as soon as a plan that was just made is open.
+    pub(super) first_scan: Option<(PathBuf, PathBuf)>,
     pictures: Painter,
     actions: Vec<Action>,
 }
@@ -72,6 +77,8 @@ impl App {
             lock: Lock::default(),
             desk,
             reload: None,
+            new_plan: None,
+            first_scan: None,
             pictures: Painter::start(ctx),
             actions: Vec::new(),
         };
@@ -119,7 +126,8 @@ impl App {
         }
         keys::collect(ctx, &self.facts, &self.view, self.settings.magnification(), &mut self.actions);
         self.guard_close(ctx);
-        dialog::dropped(ctx, &mut self.actions);
+        let fresh = self.new_plan.is_some() || self.facts.plan_path.is_none();
+        dialog::dropped(ctx, fresh, &mut self.actions);
         for action in std::mem::take(&mut self.actions) {
             perform::action(self, ctx, action);
         }
@@ -163,7 +171,12 @@ impl App {
         let frame = egui::Frame::NONE.fill(theme.window);
         egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| match screen {
             Screen::Results => results::results_ui(ui, &mut scope, &mut self.results),
-            Screen::Engineer => engineer::engineer_ui(ui, &mut scope, &mut self.engineer),
+            Screen::Engineer => match &mut self.new_plan {
+                Some(assistant) if scope.lock.is_open(scope.now) => {
+                    new_plan::new_plan_ui(ui, &mut scope, assistant, &mut self.engineer)
+                }
+                _ => engineer::engineer_ui(ui, &mut scope, &mut self.engineer),
+            },
             _ => operator::operator_ui(ui, &mut scope, &mut self.pictures),
         });
         help::help_ui(ui, &mut scope);

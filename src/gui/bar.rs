@@ -4,6 +4,7 @@ use super::action::{Action, Screen};
 use super::engineer::{Command, EngineerView};
 use super::fonts;
 use super::icon::BEND;
+use super::new_plan;
 use super::scope::Scope;
 use super::settings::{SCALES, Settings, ThemeChoice, WindowPlace};
 use super::text::{Language, typed_number};
@@ -140,6 +141,9 @@ fn open_menu_ui(ui: &mut Ui, scope: &mut Scope) {
     let words = scope.words;
     if row(ui, false, words.text("bar.open_plan")) {
         scope.ask(Action::AskForPlan);
+    }
+    if row(ui, false, words.text("bar.new_plan")) {
+        scope.ask(Action::NewPlan(new_plan::Command::Start { cad: None, scan: None }));
     }
     if row(ui, false, words.text("bar.type_path")) {
         scope.ask(Action::TypePath(true));

@@ -3,6 +3,7 @@
 
 use super::action::Action;
 use super::fonts;
+use super::new_plan::Command;
 use super::scope::Scope;
 use super::theme::size;
 use super::widgets::cards;
@@ -15,6 +16,8 @@ use std::time::{Duration, Instant};
 /// Nobody shuts a dialog that fast: it did not open (no portal, no zenity).
 const NOT_SHOWN: Duration = Duration::from_millis(300);
 
+/// The endings of files that can only be a CAD.
+const CADS: [&str; 2] = ["stl", "obj"];
 /// The endings of files that can be scans.
 const SCANS: [&str; 6] = ["ply", "xyz", "txt", "asc", "csv", "pts"];
 
@@ -71,24 +74,34 @@ impl Dialog {
 }
 
 /// Opens a plan that was dropped on the window, or inspects scans.
-pub(super) fn dropped(ctx: &egui::Context, actions: &mut Vec<Action>) {
+/// `fresh`: there is no plan to inspect them by, or one is being made.
+pub(super) fn dropped(ctx: &egui::Context, fresh: bool, actions: &mut Vec<Action>) {
     let files: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_path_buf()).collect());
     if !files.is_empty() {
-        actions.push(for_files(files));
+        actions.push(for_files(files, fresh));
     }
 }
 
-/// What to do with files, told by their endings: one plan, or else scans.
-fn for_files(files: Vec<PathBuf>) -> Action {
+/// What to do with files, told by their endings: one plan, a CAD to make one of, or else scans.
+fn for_files(files: Vec<PathBuf>, fresh: bool) -> Action {
     let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     if let Some(plan) = files.iter().find(|path| ending(path) == "toml") {
         return Action::Open(plan.clone());
     }
+    let cad = files.iter().find(|path| CADS.contains(&&*ending(path))).cloned();
+    let scan = files.iter().find(|path| SCANS.contains(&&*ending(path))).cloned();
+    if cad.is_some() || (fresh && scan.is_some()) {
+        return Action::NewPlan(Command::Start { cad, scan });
+    }
     match files.iter().find(|path| !SCANS.contains(&&*ending(path))) {
         None => Action::Inspect(files),
         Some(other) => {
-            let help = format!("drop a plan (.toml) to open it, or scans ({}) to inspect them", SCANS.join(", "));
-            let message = Diagnostic::warning("this file is neither a plan nor a scan").in_file(other);
+            let help = format!(
+                "drop a plan (.toml) to open it, scans ({}) to inspect them, or a CAD ({}) to make a plan of it",
+                SCANS.join(", "),
+                CADS.join(", ")
+            );
+            let message = Diagnostic::warning("this file is neither a plan nor a scan nor a CAD").in_file(other);
             Action::Say(message.with_help(help))
         }
     }
@@ -156,10 +169,14 @@ mod tests {
     #[test]
     fn files_that_are_dropped_do_what_their_endings_say() {
         let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
-        assert_eq!(for_files(paths(&["a.ply", "b.toml"])), Action::Open("b.toml".into()));
-        assert_eq!(for_files(paths(&["a.PLY", "b.xyz"])), Action::Inspect(paths(&["a.PLY", "b.xyz"])));
-        assert!(
-            matches!(for_files(paths(&["a.ply", "part.stl"])), Action::Say(d) if d.file == Some("part.stl".into()))
-        );
+        let of = |names: &[&str]| for_files(paths(names), false);
+        assert_eq!(of(&["a.ply", "b.toml"]), Action::Open("b.toml".into()));
+        assert_eq!(of(&["a.PLY", "b.xyz"]), Action::Inspect(paths(&["a.PLY", "b.xyz"])));
+        assert!(matches!(of(&["a.ply", "part.doc"]), Action::Say(d) if d.file == Some("part.doc".into())));
+        let start = |cad: Option<&str>, scan: Option<&str>| {
+            Action::NewPlan(Command::Start { cad: cad.map(PathBuf::from), scan: scan.map(PathBuf::from) })
+        };
+        assert_eq!(of(&["a.ply", "part.STL"]), start(Some("part.STL"), Some("a.ply")));
+        assert_eq!(for_files(paths(&["a.ply"]), true), start(None, Some("a.ply")));
     }
 }

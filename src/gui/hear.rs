@@ -1,5 +1,6 @@
 //! What the worker tells becomes fact here and nowhere else.
 
+use super::action::Action;
 use super::app::App;
 use super::bridge::{Event, Opened, Scans};
 use super::engineer;
@@ -53,6 +54,15 @@ fn opened(app: &mut App, opened: Opened) {
     facts.part = opened.part;
     facts.problems = opened.problems;
     facts.scans = opened.scans;
+    run_first_scan(app);
+}
+
+/// A plan that was just made is open: its scan is inspected.
+fn run_first_scan(app: &mut App) {
+    let Some((plan, scan)) = app.first_scan.take() else { return };
+    if app.facts.plan_path.as_ref().is_some_and(|open| *open == plan || plan.ends_with(open)) {
+        app.ask(Action::Inspect(vec![scan]));
+    }
 }
 
 fn sequence(app: &mut App, event: worker::Event) {

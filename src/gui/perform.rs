@@ -5,6 +5,7 @@ use super::app::App;
 use super::bridge;
 use super::engineer;
 use super::facts::{Facts, Job, Running};
+use super::new_plan;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::worker::{SequenceRequest, WatchSettings};
 use std::path::{Path, PathBuf};
@@ -38,6 +39,7 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Edit(edit) => engineer::edit(app, &edit),
         Action::Engineer(command) => engineer::command(app, ctx, command),
         Action::Close => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+        Action::NewPlan(command) => new_plan::act::command(app, ctx, command),
         Action::FullScreen => {
             let full = ctx.input(|i| i.viewport().fullscreen.unwrap_or(false));
             ctx.send_viewport_cmd(egui::ViewportCommand::Fullscreen(!full));
@@ -65,6 +67,12 @@ fn open(app: &mut App, path: PathBuf) {
     if app.facts.running().is_some() {
         let message = "a sequence is running";
         let help = "stop it first, then open the other plan";
+        app.facts.message = Some(Diagnostic::warning(message).with_help(help));
+        return;
+    }
+    if app.new_plan.is_some() {
+        let message = "a new plan is being made";
+        let help = "finish it or cancel it first, then open the other plan";
         app.facts.message = Some(Diagnostic::warning(message).with_help(help));
         return;
     }

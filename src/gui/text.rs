@@ -167,6 +167,11 @@ mod tests {
         ("setting.diameter", Language::Swedish),
         ("setting.radius", Language::German),
         ("setting.name", Language::German),
+        ("new_plan.belt", Language::German),
+        ("new_plan.point", Language::Swedish),
+        ("new_plan.point", Language::German),
+        ("new_plan.expected_u", Language::Swedish),
+        ("new_plan.expected_u", Language::German),
     ];
     /// Families of keys that are put together while the program runs.
     const FAMILIES: &[&str] = &["view.system", "view.light", "view.dark"];

@@ -8,6 +8,7 @@ pub mod clock;
 #[cfg(test)]
 mod editing_tests;
 mod examine;
+pub mod first_look;
 mod inherited;
 pub mod names;
 pub mod plan_file;

@@ -4,6 +4,7 @@ use super::desk::{Cad, Choice};
 use super::state::Draft;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::gui::facts::Facts;
+use crate::inspect::Foretold;
 use crate::part::Part;
 use crate::part::propose::Picker;
 use crate::plan::Geometry;
@@ -192,6 +193,20 @@ impl Editing {
         }
         self.version += 1;
         self.autosave = Autosave { version: self.version, ..Autosave::default() };
+    }
+
+    /// Puts a document in the place of this one, which it was made of.
+    pub(in crate::gui) fn replace(&mut self, document: Document) {
+        if document.text() != self.document.text() {
+            self.version += 1;
+        }
+        self.document = document;
+        self.refresh();
+    }
+
+    /// What to expect with the plan's own datums; `None` until it is told.
+    pub fn foretold(&self) -> Option<&Foretold> {
+        self.choices.first().and_then(|choice| choice.foretold.as_deref())
     }
 
     /// Makes an edit; tells the index of the first row that it added.

@@ -36,7 +36,8 @@ pub struct Places {
 
 const GAP: f32 = 8.0;
 const EDGE: f32 = 16.0;
-const HEADER: f32 = 48.0;
+/// Height of the header.
+pub const HEADER: f32 = 48.0;
 /// Widths from which there is room for more, points.
 const NARROW_FROM: f32 = 800.0;
 const MIDDLE_FROM: f32 = 1200.0;

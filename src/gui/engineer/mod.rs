@@ -30,6 +30,7 @@ pub mod view3d;
 
 pub use act::Command;
 pub use editing::{Edit, Editing};
+pub use layout::HEADER;
 pub use state::{Chosen, Draft, EngineerView, Section, Tool};
 pub(in crate::gui) use {
     act::command, act::edit, act::reload, save::leave_ui, trial::fault, trial::short_name, upkeep::tick,
@@ -41,7 +42,7 @@ use super::scope::Scope;
 use super::theme::size;
 use super::widgets::words as write;
 use crate::report::words::capital;
-use egui::{Align2, Key, Modifiers, Ui};
+use egui::{Align2, Key, Modifiers, Rect, Ui};
 use layout::Breadth;
 
 /// Draws the screen.
@@ -51,8 +52,18 @@ pub(super) fn engineer_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerVie
     }
     let facts = scope.facts;
     let Some(editing) = &facts.editing else { return nothing_ui(ui, scope, view) };
-    let places = layout::places(ui.max_rect());
+    let all = ui.max_rect();
+    let places = layout::places(all);
     header::header_ui(ui, places.header, places.breadth, scope, view, editing);
+    body_ui(ui, all, scope, view, editing);
+    save::save_ui(ui, scope, view, editing);
+    save::recovery_ui(ui, scope, editing);
+    keys(ui, scope, view, editing);
+}
+
+/// The screen below its header, whose place stays free.
+pub(super) fn body_ui(ui: &mut Ui, all: Rect, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
+    let places = layout::places(all);
     if let Some(tree) = places.tree {
         tree::tree_ui(ui, tree, places.breadth, scope, view, editing);
     }
@@ -68,9 +79,6 @@ pub(super) fn engineer_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerVie
     }
     fields::end_typing(ui, scope, view);
     dialogs::dialogs_ui(ui, scope, view);
-    save::save_ui(ui, scope, view, editing);
-    save::recovery_ui(ui, scope, editing);
-    keys(ui, scope, view, editing);
 }
 
 /// While the plan is opened, or where there is none.

@@ -44,7 +44,7 @@ fn guard(app: &mut App, ctx: &egui::Context, now: Instant) {
 
 /// The plan at hand, once somebody unlocked who wants to edit it.
 fn open_for_editing(app: &mut App, now: Instant) {
-    let wanted = app.view.screen == Screen::Engineer && app.lock.is_open(now);
+    let wanted = app.view.screen == Screen::Engineer && app.lock.is_open(now) && app.new_plan.is_none();
     let idle = !matches!(app.facts.job, Job::Opening { .. });
     if let (true, true, None, None, Some(path)) =
         (wanted, idle, &app.facts.editing, &app.engineer.opening, &app.facts.plan_path)

@@ -8,7 +8,7 @@ mod layout;
 mod lower;
 mod number_line;
 mod numbers;
-mod order;
+pub(super) mod order;
 mod picture;
 mod sentence;
 mod still_plot;

@@ -4,10 +4,10 @@ use super::map_values::{Measured, on_vertices, smoothed};
 use super::permutation::shuffled;
 use super::shape::{Shape, refined, single};
 use crate::geometry::hull::convex_hull;
-use crate::geometry::{Mesh, Point3, Vector3};
+use crate::geometry::{Aabb, Mesh, Point3, Vector3};
 use crate::inspect::Inspection;
-use crate::part::Part;
-use crate::plan::Side;
+use crate::part::{Part, PartSettings};
+use crate::plan::{CadSide, Side};
 use crate::run::{Cancelled, RunContext};
 use crate::scan::{ConditionedScan, PointClass};
 use std::sync::Arc;
@@ -186,6 +186,54 @@ impl MapContent {
     }
 }
 
+impl MapContent {
+    /// Of a scan without a part: its points with their classes in the scan's own frame, over the outline of the belt where one was found,
+    /// else of the floor of its box. `None` where its points span nothing.
+    pub fn of_scan(scan: &ConditionedScan, run: &RunContext) -> Option<MapContent> {
+        let floor = Part::prepare(floor(scan)?, String::new(), &FLAT, run).ok()?;
+        let part = Arc::new(PartContent::of(&Arc::new(floor), Side::Top));
+        let classes: Vec<u8> = scan.classes.iter().map(|&c| Shown::of(c) as u8).collect();
+        let mut counts = [0; 6];
+        classes.iter().for_each(|&c| counts[c as usize] += 1);
+        let order = shuffled(scan.cloud.positions.len());
+        let place = |&k: &u32| single(&(scan.cloud.positions[k as usize] - part.centre));
+        let cloud = Cloud {
+            positions: order.iter().map(place).collect(),
+            values: vec![0.0; order.len()],
+            classes: order.iter().map(|&k| classes[k as usize]).collect(),
+            counts,
+        };
+        let values = vec![[0.0; 4]; part.map.source.len()];
+        Some(MapContent { part, values, cloud, histogram: Histogram::default() })
+    }
+}
+
+/// A sheet of no thickness.
+const FLAT: PartSettings = PartSettings { cad_side: CadSide::Top, thickness_mm: 0.0, plan_directions: Vec::new() };
+
+/// A rectangle in the belt around a scan's part, or the floor of the box of its points.
+fn floor(scan: &ConditionedScan) -> Option<Mesh> {
+    let points = &scan.cloud.positions;
+    let kept = scan.kept.iter().filter_map(|k| points.get(*k as usize));
+    let seen = Aabb::of_points(kept)?;
+    let normal = scan.belt.map_or_else(|| scan.to_camera.unwrap_or_else(Vector3::z_axis), |belt| belt.normal);
+    let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).try_normalize(1e-9)?;
+    let across = normal.cross(&along);
+    let origin = scan.belt.map_or(seen.min, |belt| belt.point);
+    let corner = |k: usize| Vector3::from_fn(|c, _| if (k >> c) & 1 == 0 { seen.min[c] } else { seen.max[c] });
+    let flat: Vec<[f64; 2]> =
+        (0..8).map(|k| Point3::from(corner(k)) - origin).map(|d| [d.dot(&along), d.dot(&across)]).collect();
+    let range = |axis: usize| {
+        let of = |f: fn(f64, f64) -> f64, start| flat.iter().map(|p| p[axis]).fold(start, f);
+        let (low, high) = (of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY));
+        let margin = 0.15 * (high - low) + 1.0;
+        [low - margin, high + margin]
+    };
+    let ([a, b], [c, d]) = (range(0), range(1));
+    let at = |u: f64, v: f64| origin + along * u + across * v;
+    Some(Mesh { vertices: vec![at(a, c), at(b, c), at(b, d), at(a, d)], triangles: vec![[0, 1, 2], [0, 2, 3]] })
+}
+
 fn cloud(part: &PartContent, inspection: &Inspection, scan: &ConditionedScan) -> Cloud {
     let n = scan.cloud.positions.len();
     let mut classes: Vec<u8> = scan.classes.iter().map(|&c| Shown::of(c) as u8).collect();
@@ -253,6 +301,22 @@ mod tests {
         }
         assert_eq!(content.values.len(), part.map.positions.len());
         assert_eq!(content.histogram.counts.iter().sum::<usize>(), n - 10);
+    }
+
+    #[test]
+    fn a_scan_without_a_part_is_shown_in_its_own_frame_over_its_floor() {
+        let (points, deviations) = example::dome_cloud(3000, |_| 0.0);
+        let (_, mut scan) = example::with_map(example::bracket(), &points, deviations, 3.0);
+        let n = scan.classes.len();
+        scan.classes[n - 7..].fill(PointClass::Belt);
+        let content = MapContent::of_scan(&scan, &RunContext::silent()).unwrap();
+        assert_eq!((content.cloud.counts[Shown::Flagged as usize], content.cloud.counts[2]), (n - 7, 7));
+        let kept = scan.kept.iter().map(|k| scan.cloud.positions[*k as usize]);
+        let centre = content.part.centre;
+        let far = kept.map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        assert!(far < content.part.part.diagonal_mm() * 1.2, "{far}");
+        scan.kept.clear();
+        assert!(MapContent::of_scan(&scan, &RunContext::silent()).is_none());
     }
 
     #[test]
