@@ -1,6 +1,8 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
 mod engineer;
+mod new_plan;
+mod picking;
 mod results;
 
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};

@@ -12,7 +12,7 @@ const PASSWORD: &str = "blech & rand";
 
 /// A clock that can be put forward.
 #[derive(Clone, Default)]
-struct Forward(Arc<AtomicU64>);
+pub struct Forward(Arc<AtomicU64>);
 
 impl Forward {
     fn by(&self, seconds: u64) {
@@ -33,7 +33,7 @@ fn engineer(project: &Project, forward: &Forward) -> Window {
 }
 
 /// The engineer's screen, unlocked and with its plan checked.
-fn unlocked(project: &Project, forward: &Forward) -> Window {
+pub fn unlocked(project: &Project, forward: &Forward) -> Window {
     let mut window = engineer(project, forward);
     match window.shows("New password") {
         true => {
@@ -50,7 +50,7 @@ fn unlocked(project: &Project, forward: &Forward) -> Window {
     window
 }
 
-fn checked(app: &App) -> bool {
+pub fn checked(app: &App) -> bool {
     app.facts().editing.as_ref().is_some_and(|e| e.checked == Some(e.version) && !e.choices.is_empty())
 }
 
