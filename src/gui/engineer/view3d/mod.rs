@@ -239,6 +239,9 @@ fn paint_plan(ui: &mut Ui, target: &Target<'_>, view: &mut EngineerView, scope: 
     let painter = ui.painter_at(at);
     let mut taken = Taken::default();
     taken.add(hint::hint_ui(ui, at, view.tool, view.draft.as_ref(), scope.words, scope.theme));
+    if !toolbar::fit(ui, at.width(), scope.words).views {
+        taken.add(toolbar::views_place(at));
+    }
     marks::paint(&painter, marks, places, &view.chosen, &sight);
     if let Some(hover) = view.view3d.hover.take() {
         let piece = view.view3d.piece(target.picker, &hover.geometry, piece_mm(&hover.geometry, &sight));

@@ -73,12 +73,15 @@ pub fn bar_ui(ui: &mut Ui, bar: Rect, fit: Fit, scope: &Scope, view: &mut Engine
     });
 }
 
-/// The views over the part's upper right corner.
+/// Where the views stand when the bar has no room for them: over the part's upper right corner.
+pub fn views_place(scene: Rect) -> Rect {
+    let min = pos2((scene.right() - VIEWS).max(scene.left()), scene.top() + 6.0);
+    Rect::from_min_max(min, pos2(scene.right() - 8.0, scene.top() + 40.0))
+}
+
+/// Draws them there.
 pub fn views_over_ui(ui: &mut Ui, scene: Rect, scope: &Scope, view: &mut View3d) {
-    let at = Rect::from_min_max(
-        pos2(scene.right() - VIEWS, scene.top() + 6.0),
-        pos2(scene.right() - 8.0, scene.top() + 40.0),
-    );
+    let at = views_place(scene);
     let builder = egui::UiBuilder::new().max_rect(at).layout(Layout::right_to_left(Align::Center));
     ui.scope_builder(builder, |ui| views_ui(ui, view, scope.words));
 }
