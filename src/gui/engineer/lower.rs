@@ -181,9 +181,9 @@ fn changes_ui(ui: &mut Ui, scope: &mut Scope, editing: &Editing) {
 /// A sentence in quiet words.
 pub fn quiet_ui(ui: &mut Ui, scope: &Scope, text: &str) {
     ui.add_space(10.0);
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal_top(|ui| {
         ui.add_space(14.0);
-        ui.label(RichText::new(text).size(size::TABLE).color(scope.theme.quiet));
+        ui.add(egui::Label::new(RichText::new(text).size(size::TABLE).color(scope.theme.quiet)).wrap());
     });
 }
 

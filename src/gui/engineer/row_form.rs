@@ -189,7 +189,7 @@ impl Row<'_> {
                 shown: self.name.clone(),
                 full: self.name.clone(),
                 hint,
-                width: 130.0,
+                width: if is_draft { 110.0 } else { 130.0 },
                 number: false,
                 severity: if taken { Some(Severity::Error) } else { worst(&problems) },
                 commit: if is_draft { Commit::Typed } else { Commit::Left },

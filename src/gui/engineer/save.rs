@@ -2,7 +2,6 @@
 
 use super::act::Command;
 use super::editing::Editing;
-use super::lower::quiet_ui;
 use super::state::EngineerView;
 use crate::gui::action::Action;
 use crate::gui::fonts;
@@ -11,7 +10,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::cards;
 use crate::plan::document::FieldValue;
 use crate::worker::plan_file::{Overwrite, SaveError};
-use egui::{Button, Key, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
+use egui::{Align2, Button, Key, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 use std::path::PathBuf;
 
 /// The revision that lies on the disk.
@@ -68,12 +67,19 @@ pub fn save_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing:
         let field = |ui: &mut Ui, key: &'static str, text: &mut String, focus: bool| {
             let label = words.text(key);
             let name = ui.label(RichText::new(label).size(size::TABLE));
-            let response = ui.add(TextEdit::singleline(text).desired_width(f32::INFINITY).min_size(vec2(0.0, 30.0)));
+            let response = ui.add(
+                TextEdit::singleline(text)
+                    .desired_width(f32::INFINITY)
+                    .min_size(vec2(0.0, 30.0))
+                    .align(Align2::LEFT_CENTER),
+            );
             let response = response.labelled_by(name.id);
+            // Before it is given the focus again: Enter takes that away.
+            let enter = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             if focus && ui.memory(|m| m.focused().is_none()) {
                 response.request_focus();
             }
-            response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter))
+            enter
         };
         field(ui, "save.revision", &mut form.revision, false);
         let enter = field(ui, "save.reason", &mut form.reason, true);
@@ -92,7 +98,10 @@ pub fn save_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing:
         }
         ui.horizontal(|ui| {
             let big = |text: &str| Button::new(RichText::new(text).size(size::BODY)).min_size(vec2(120.0, 36.0));
-            let clicked = ui.add_enabled(ready, big(words.text("save.save"))).clicked();
+            let fill = if ready { scope.theme.accent } else { scope.theme.accent.gamma_multiply(0.45) };
+            let text = RichText::new(words.text("save.save")).size(size::BODY).color(scope.theme.on_accent);
+            let main = Button::new(text).fill(fill).min_size(vec2(120.0, 36.0));
+            let clicked = ui.add_enabled(ready, main).clicked();
             if (clicked || enter) && ready {
                 asked = Some(save(Overwrite::Own, None));
             }
@@ -123,7 +132,9 @@ fn changes_ui(ui: &mut Ui, scope: &Scope, editing: &Editing) {
             ui.add(egui::Label::new(RichText::new(text).size(size::TABLE)).wrap());
         }
     });
-    quiet_ui(ui, scope, words.text("save.note"));
+    ui.add_space(6.0);
+    let note = RichText::new(words.text("save.note")).size(size::NOTE).color(scope.theme.quiet);
+    ui.add(egui::Label::new(note).wrap());
 }
 
 /// Why it was not saved. Of a file that somebody else changed, all ways out.

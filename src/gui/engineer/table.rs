@@ -92,6 +92,7 @@ fn head_ui(ui: &mut Ui, head: Rect, list: List, count: usize, scope: &mut Scope,
     let field = Rect::from_min_max(pos2(title.left(), title.bottom()), pos2(title.right(), title.bottom() + 28.0));
     let hint = words.text("engineer.filter");
     let edit = TextEdit::singleline(&mut view.filter)
+        .align(Align2::LEFT_CENTER)
         .hint_text(RichText::new(hint).size(size::NOTE))
         .id(Id::unique("engineer filter"));
     let response = ui.put(field, edit);

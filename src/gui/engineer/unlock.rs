@@ -62,13 +62,15 @@ fn fields_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, first: boo
         let name = ui.label(RichText::new(label).size(size::TABLE));
         let id = Id::unique("password").with(k);
         let field = TextEdit::singleline(&mut view.passwords[k]).password(true).id(id).desired_width(f32::INFINITY);
-        let field = ui.add(field.font(fonts::regular(size::BAR)).min_size(vec2(0.0, 36.0)));
+        let field =
+            ui.add(field.font(fonts::regular(size::BAR)).align(egui::Align2::LEFT_CENTER).min_size(vec2(0.0, 36.0)));
         let field = field.labelled_by(name.id);
+        // Before it is given the focus again: Enter takes that away.
+        let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         let nothing = ui.memory(|m| m.focused().is_none());
         if k == 0 && nothing && !scope.lock.busy {
             field.request_focus();
         }
-        let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         match k + 1 < labels.len() {
             true => on |= enter,
             false => entered |= enter,
