@@ -33,5 +33,5 @@ pub use in_view::{InView, find_part};
 pub use plan_alignment::{AlignmentInput, align_on_plan};
 pub use pose::*;
 pub use region_fit::{REGION_LEAST_POINTS, REGION_POINTS};
-pub use region_places::{RegionPlaces, expected_region_fit, region_hold, region_places};
+pub use region_places::{RegionPlaces, expected_region_fit, move_region_fit, region_hold, region_places};
 pub use second_look::{SecondLook, second_look};

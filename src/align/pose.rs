@@ -190,6 +190,11 @@ impl PoseUncertainty {
         self.scale = motion;
     }
 
+    /// What a thicker sheet and a larger scale do to the part, as they were set.
+    pub(super) fn common_motions(&self) -> [Isometry3; 2] {
+        [self.thickness, self.scale]
+    }
+
     /// Sets what an error of the calibrated edge offset does to the part, CAD frame: of one edge datum alone, each, and of all
     /// of them together.
     pub(super) fn set_edge_offset(&mut self, each: Vec<Source>, together: Isometry3) {

@@ -9,7 +9,7 @@
 use super::icp::{Beyond, Pair, pairs_of};
 use super::plan_alignment::{AlignmentInput, DATUM_SEARCH_MM, MOST_ROUNDS, Missing, common, degraded};
 use super::pose::{BestFit, DatumHold, FeatureAlignment, MeasuredFeature, PoseUncertainty};
-use super::region_places::on_cad;
+use super::region_places::{move_region_fit, on_cad};
 use super::region_sums::{Frame, Normal};
 use super::rounds::Rounds;
 use super::sampling::spread;
@@ -212,7 +212,7 @@ fn ended(
         return free(&[weakest]);
     };
     let mut uncertainty = PoseUncertainty::none(input.part.bounds.centre());
-    common(input, best_fit).move_best_fit(&mut uncertainty);
+    move_region_fit(&common(input, best_fit), fit, &mut uncertainty);
     motions.into_iter().chain([unsure]).for_each(|motion| uncertainty.add(motion));
     let weak = (condition > WEAK_CONDITION).then(|| in_words(&[weakest], fit));
     let alignment = FeatureAlignment {

@@ -1,11 +1,13 @@
 //! Which places of the CAD lie in a region, and how well they hold the part.
 
+use super::common::Common;
 use super::pose::PoseUncertainty;
 use super::region_sums::{Frame, Normal};
 use crate::fit::hold::Twist;
-use crate::geometry::{Point3, Vector3};
+use crate::geometry::{Isometry3, Point3, Vector3};
 use crate::part::{Face, Part};
 use crate::plan::{FitRegion, RegionFit, RegionShape, Side};
+use nalgebra::Vector6;
 
 /// Steps of the lattice from a region's middle to its end.
 const STEPS: f64 = 8.0;
@@ -79,6 +81,51 @@ pub fn expected_region_fit(
     let mut known = PoseUncertainty::none(part.bounds.centre());
     frame.uncertain_motions(&normal, &whole)?.into_iter().for_each(|motion| known.add(motion));
     Some(known)
+}
+
+/// What thickness and scale do to a part that is held by regions: the motion that fits their displaced surface best, frozen freedoms as the
+/// best fit to the whole displaced face has them. Reckoned with all of each region, whatever of it the camera saw.
+pub fn move_region_fit(common: &Common, fit: &RegionFit, known: &mut PoseUncertainty) {
+    common.move_best_fit(known);
+    let [of_thickness, of_scale] = known.common_motions();
+    let Common { part, face, settings } = *common;
+    let about = part.bounds.centre();
+    let thicker_mm = part.cad_side.face_offset_mm(face.side, settings.thickness_mm) * face.side.sign();
+    if thicker_mm != 0.0
+        && let Some(motion) = displaced(common, fit, &of_thickness, |_, outward| outward * thicker_mm)
+    {
+        known.set_thickness(motion);
+    }
+    let share = settings.scale_ppm * 1e-6;
+    if share != 0.0
+        && let Some(motion) = displaced(common, fit, &of_scale, |place, _| (place - about) * share)
+    {
+        known.set_scale(motion);
+    }
+}
+
+/// The motion that brings displaced regions back as well as a motion can; `None` where they leave one free.
+fn displaced(
+    common: &Common,
+    fit: &RegionFit,
+    whole: &Isometry3,
+    by: impl Fn(&Point3, &Vector3) -> Vector3,
+) -> Option<Isometry3> {
+    let frame = Frame::of(fit, common.part.diagonal_mm());
+    let mut normal = Normal::zero();
+    for region in &fit.regions {
+        let places = region_places(common.part, common.face.side, region).places;
+        let weight = region.weight / places.len().max(1) as f64;
+        for (place, outward) in &places {
+            let slope = frame.slope(place, outward);
+            normal.h += slope * slope.transpose() * weight;
+            normal.g += slope * (by(place, outward).dot(outward) * weight);
+        }
+    }
+    let numbers = frame.numbers(whole);
+    let kept = Vector6::from_fn(|k, _| if frame.frozen[k] { numbers[k] } else { 0.0 });
+    let step = frame.step(&normal.h, &(normal.g + normal.h * kept))?;
+    Some(frame.motion(&(kept + step)))
 }
 
 fn nominal_equations(

@@ -99,10 +99,14 @@ fn fit_file(file: &Path, kind: FitKind, method: FitMethod, known: Known) -> Resu
     // The file's own unit is kept: nothing is compared with a CAD here.
     let cloud = io::read_cloud(&bytes, file, LengthUnit::Mm, &RunContext::silent()).map_err(diagnostic_of)?;
     let fit = fit_points_knowing(kind, &cloud.positions, method, known).map_err(|e| {
+        let robust = method == FitMethod::Robust;
         let help = match e {
             FitError::OffPlane { .. } => "give the plane in which the points lie, or leave --plane out",
             FitError::NotOfRadius => {
                 "check --radius and the unit of the file, or leave --radius out and let the fit tell it"
+            }
+            _ if robust => {
+                "give more points, spread over more of the shape; no more than a third of them may be outliers"
             }
             _ => "give more points, spread over more of the shape; if some of them are outliers, try --robust",
         };

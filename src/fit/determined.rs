@@ -22,6 +22,7 @@ const ROUNDING: f64 = 1e-9;
 /// A radius below this many times the rms residual is scatter: points that fill a round thread lie 2.8 times as far from its axis as
 /// they scatter about their mean distance from it.
 const LEAST_RADIUS: f64 = 3.0;
+const LEAST_SPHERE: f64 = 4.5;
 /// Points whose sum of squares along is so many times that across lie in line, thick as the line may be.
 const IN_LINE: f64 = 25.0;
 /// Points scattered off a circle's given plane by more than this share of the radius are no circle in that plane.
@@ -62,9 +63,19 @@ fn check_freely(
             let flat: Vec<Point3> = points.iter().map(|p| flattened(p, &circle.centre, &circle.axis)).collect();
             let [_, across, _] = spreads(&flat)?;
             let across = across * (Normaliser::of(&flat, 2)?.scale / sums.scale).powi(2);
-            if sums.is_beyond_chance(across, sums.fit) { Ok(()) } else { not("they lie in line") }
+            if !sums.is_beyond_chance(across, sums.fit) {
+                not("a line explains them as well")
+            } else if circle.radius < LEAST_RADIUS * sums.rms {
+                not("they scatter by more than its radius")
+            } else {
+                Ok(())
+            }
         }
-        Fitted::Sphere(_) if !sums.is_beyond_chance(third, sums.fit) => not("they lie in a plane"),
+        Fitted::Sphere(_) if !sums.is_beyond_chance(third, sums.fit) => not("a plane explains them as well"),
+        // Points that fill a ball lie 3.9 times as far from its middle as they scatter about their mean distance from it.
+        Fitted::Sphere(sphere) if sphere.radius < LEAST_SPHERE * sums.rms => {
+            not("they scatter by more than its radius")
+        }
         Fitted::Cylinder(Cylinder { radius, .. }) | Fitted::Cone(Cone { distance_at_point: radius, .. })
             if *radius < LEAST_RADIUS * sums.rms =>
         {
@@ -131,7 +142,7 @@ fn check_around(
     sums: &Sums,
 ) -> Result<(), FitError> {
     if !sums.is_beyond_chance(off_plane, sums.fit) {
-        return Err(FitError::NotFixed { why: "they lie in a plane or in line" });
+        return Err(FitError::NotFixed { why: "a plane or a line explains them as well" });
     }
     let heights: Vec<f64> = points.iter().map(|p| (p - on_axis).dot(axis) / sums.scale).collect();
     let mean = heights.iter().sum::<f64>() / sums.count;

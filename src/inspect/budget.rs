@@ -81,6 +81,8 @@ pub(super) struct Known<'a> {
     pub pose: &'a PoseUncertainty,
 }
 
+/// What iterations leave of a datum that its lock makes exact, mm.
+const LEAST_MM: f64 = 1e-4;
 /// A distance counts as one from here on, in standard uncertainties of the worst direction.
 const TELLING_DISTANCE: f64 = 2.0;
 /// Directions in the half-circle that are looked at: the worst one is met to 1 - cos(2.5 degrees), 0.1 %.
@@ -121,7 +123,7 @@ impl Known<'_> {
         };
         let shares = datum.and_then(|datum| self.pose.of_datum(datum, place, along));
         shares.map_or(alone, |DatumShares { own_mm, others_mm, edge_offset_mm }| Budget {
-            fit_mm: own_mm,
+            fit_mm: own_mm.hypot(LEAST_MM),
             pose_mm: others_mm,
             edge_offset_mm,
             system_mm: 0.0,

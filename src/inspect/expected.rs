@@ -4,11 +4,11 @@
 use super::budget::{Along, Budget, Known, Own, Scatter};
 use crate::align::{
     BEST_FIT_POINTS, Common, DatumErrors, Datums, PoseUncertainty, REGION_POINTS, expected_best_fit,
-    expected_pose_uncertainty, expected_region_fit,
+    expected_pose_uncertainty, expected_region_fit, move_region_fit,
 };
 use crate::geometry::{Point3, UnitVector3, Vector3, decompose};
 use crate::measure::surface::window_radius_mm;
-use crate::part::Part;
+use crate::part::{Face, Part};
 use crate::plan::expected::{Expected, OpeningStd};
 use crate::plan::{
     AlignmentMethod, ComparisonPoint, Draft, Feature, Geometry, Plan, Rig, Side, SurfaceFit, SurfaceMethod,
@@ -106,6 +106,26 @@ impl<'a> Outlook<'a> {
     }
 }
 
+/// How far the mean height of a face within a radius stands off its height at the place itself, mm: what a plane there is off.
+fn bend_mm(face: &Face, place: &Point3, direction: &UnitVector3, radius_mm: f64) -> f64 {
+    // Rings of equal area.
+    const RINGS: u32 = 4;
+    const AROUND: u32 = 12;
+    let (u, v) = (across(direction), direction.cross(&across(direction)));
+    let height_mm = |at: Point3| {
+        let hit = face.closest(&at, 2.0 * radius_mm).filter(|hit| !hit.on_boundary)?;
+        Some((hit.point - at).dot(direction))
+    };
+    let Some(middle_mm) = height_mm(*place) else { return 0.0 };
+    let places = (0..RINGS).flat_map(|ring| {
+        let r = radius_mm * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
+        (0..AROUND).map(move |k| (r, std::f64::consts::TAU * f64::from(k) / f64::from(AROUND)))
+    });
+    let heights: Vec<f64> =
+        places.filter_map(|(r, turn)| height_mm(place + u * (r * turn.cos()) + v * (r * turn.sin()))).collect();
+    heights.iter().sum::<f64>() / heights.len().max(1) as f64 - if heights.is_empty() { 0.0 } else { middle_mm }
+}
+
 /// Which figures of the datums are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Figures {
@@ -164,7 +184,11 @@ impl<'a> View<'a> {
             Geometry::Surface { position, direction } => {
                 let how = &point.surface_fit;
                 let window_mm = self.outlook.window_mm(position, how, expected.spacing_mm, self.side);
-                Own::along(expected.surface_mm(how.method, window_mm), direction, false)
+                let bend_mm = match (how.method, self.outlook.part) {
+                    (SurfaceMethod::Plane, Some(part)) => bend_mm(part.face(self.side), position, direction, window_mm),
+                    _ => 0.0,
+                };
+                Own::along(expected.surface_mm(how.method, window_mm).hypot(bend_mm), direction, false)
             }
             Geometry::Edge { direction, .. } => Own::along(expected.edge_mm(), direction, true),
             Geometry::Hole { diameter_mm, direction, .. } => {
@@ -195,7 +219,10 @@ pub(super) fn pose(
     let common = outlook.part.map(|part| Common { part, face: part.face(side), settings: &outlook.uncertainty });
     if let AlignmentMethod::BestFit | AlignmentMethod::Regions(_) = method {
         let mut known = fitted_pose(outlook, method, side)?;
-        common?.move_best_fit(&mut known);
+        match method {
+            AlignmentMethod::Regions(fit) => move_region_fit(&common?, fit, &mut known),
+            _ => common?.move_best_fit(&mut known),
+        }
         return Some(known);
     }
     let positions = outlook.features.iter().map(|f| f.geometry.position());

@@ -143,11 +143,15 @@ fn in_plane(
     let layer = layer_about_line(frame, &points, radius_mm, card)?;
     place.check_height(&|p| p[2] - height(&layer.plane, p[0], p[1]), noise_mm(&points), card)?;
     let [deviation_mm, eu, ev] = layer.plane;
+    // What a plane through the CAD's own heights at these points is off the CAD: the plane has it, and the value is uncertain by it.
+    let of_cad: Vec<[f64; 3]> = points.iter().map(|p| [p[0], p[1], p[2] - over_cad.residual(p)]).collect();
+    let cad_mm = over_cad.at_origin();
+    let bend_mm = fit_layer(&of_cad, cad_mm, NEEDED).map_or(0.0, |cad| cad.plane[0] - cad_mm);
     Ok(SurfaceFound {
         position: frame.on_own_face([0.0, 0.0, deviation_mm]),
         normal: frame.vector([-eu, -ev, 1.0]).normalize(),
         deviation_mm,
-        standard_uncertainty_mm: layer.u_height_mm,
+        standard_uncertainty_mm: layer.u_height_mm.hypot(bend_mm),
         window_mm: radius_mm,
         rms_mm: layer.rms_mm,
         points_used: layer.points,

@@ -108,6 +108,8 @@ impl Told {
     const BY_A_SCAN: Self = Self { outline_times: 1.1, height_times: 1.35, edge_mm: 0.019, opening_mm: 0.0065 };
 }
 
+/// Share of a rig's points that are found in its scans: 26 of 36 a mm² in the paper's clouds.
+const DELIVERED: f64 = 0.73;
 /// Sheet that leans more is seen by chance, if at all: cosine of 78 degrees.
 const FLATTEST: f64 = 0.2;
 
@@ -150,9 +152,9 @@ impl Expected {
         }
     }
 
-    /// How many points to expect of so much surface.
+    /// How many points to expect of so much surface, those lost left out.
     pub fn points_on(&self, area_mm2: f64) -> f64 {
-        area_mm2 / (self.spacing_mm * self.spacing_mm)
+        DELIVERED * area_mm2 / (self.spacing_mm * self.spacing_mm)
     }
 
     /// Variance of a height told by a piece of surface, times the area of that piece, where only one point in so much surface is

@@ -7,6 +7,7 @@
 //! a tenth of the error more.
 
 use crate::foretold::by_locks;
+use crate::region_fit::regions;
 use crate::support::{identity, inspect_scan, prepared};
 use shapeline::geometry::PointCloud;
 use shapeline::inspect::{Budget, Inspection, Outcome, Outlook};
@@ -28,9 +29,15 @@ fn inspected(plan: &Plan, part: &Part, cloud: PointCloud) -> Inspection {
 }
 
 /// How the part is held, each with what the best fit's view of the face adds to the limits, as a share of the error.
-fn ways(plan: &Plan) -> [(&'static str, Plan, f64); 3] {
+fn ways(plan: &Plan) -> [(&'static str, Plan, f64); 4] {
     let fit = Plan { alignment: AlignmentMethod::BestFit, ..plan.clone() };
-    [("features", plan.clone(), 0.0), ("rps", by_locks(plan), 0.0), ("best_fit", fit, 0.1)]
+    let by_regions = Plan { alignment: AlignmentMethod::Regions(regions()), ..plan.clone() };
+    [
+        ("features", plan.clone(), 0.0),
+        ("rps", by_locks(plan), 0.0),
+        ("best_fit", fit, 0.1),
+        ("regions", by_regions, 0.1),
+    ]
 }
 
 /// Each point's change against what was told of it.
@@ -67,7 +74,7 @@ fn points_change_with_thickness_and_scale_as_their_uncertainty_says() {
         UncertaintySettings { thickness_mm: THICKNESS_MM, scale_ppm: SCALE_PPM, ..UncertaintySettings::default() };
     let reach_mm = 0.5 * part.diagonal_mm() * SCALE_PPM * 1e-6;
     let (mut faults, mut looked_at) = (Vec::new(), 0);
-    let mut most_told: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; plan.comparison.len()]);
+    let mut most_told: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; plan.comparison.len()]);
     // Scans in which no datum's own window switches: that would move every point.
     for (side, seed) in [(Side::Top, 31), (Side::Bottom, 34)] {
         let pose = PoseChoice::side(&subject, side);

@@ -9,7 +9,7 @@ pub mod line;
 pub mod plane;
 pub mod sphere;
 
-use super::gauss_newton::{Shape, minimise};
+use super::gauss_newton::{Shape, Solved, minimise};
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use line::principal_axes;
 
@@ -125,9 +125,10 @@ fn half_sphere(count: usize) -> impl Iterator<Item = UnitVector3> {
     })
 }
 
-/// A start for a shape with an axis: of directions spread over the half sphere the best, and the principal axes of the points (along which
-/// a long shape lies, whose sum of squares has a minimum only radius over length wide), each turned downhill and carried to its
-/// minimum over at most 400 points.
+/// A start for a shape with an axis, over at most 400 points: of directions spread over the half sphere the best are carried to their
+/// minimum. Unless one of them explains the points to rounding, more are tried: the minimum of a long shape is only about its radius over
+/// its length wide and lies a few times that from the longest principal axis, which a single winding draws aside; so the
+/// best of a finer lattice around that axis, the principal axes themselves and the best from before are turned downhill first.
 pub(crate) fn best_start<S, const N: usize>(
     points: &[Point3],
     directions: usize,
@@ -147,14 +148,41 @@ where
     let mut starts: Vec<Tried<S>> = half_sphere(directions).filter_map(tried).collect();
     starts.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     starts.truncate(carried);
-    let (_, _, principal) = principal_axes(&few, &[])?;
-    starts.extend(principal.into_iter().filter_map(|axis| tried(UnitVector3::new_normalize(axis))));
+    let carry = |start: &Tried<S>| minimise::<S, N, 1>(start.shape.clone(), &few, &[]).ok();
+    let best_of = |a: &Solved<S>, b: &Solved<S>| a.sum_of_squares.total_cmp(&b.sum_of_squares);
+    let first = starts.iter().filter_map(carry).min_by(best_of);
+    // As many points as parameters may lie on several shapes; what the wide lattice finds is then as good as any.
+    const ROUNDING: f64 = 1e-12;
+    if let Some(exact) = first.as_ref().filter(|s| s.sum_of_squares < few.len() as f64 * ROUNDING * ROUNDING) {
+        return Ok(exact.shape.clone());
+    }
     // The lattice's spacing: directions share the half sphere's 2 pi.
     let spacing_rad = (std::f64::consts::TAU / directions as f64).sqrt();
+    let (near, step_rad) = around_longest_axis(&few, carried, spacing_rad, tried)?;
     let downhill = starts.into_iter().map(|start| turned_downhill(start, 0.5 * spacing_rad, tried));
-    let ended = downhill.filter_map(|start| minimise::<S, N, 1>(start.shape, &few, &[]).ok());
-    let best = ended.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+    let downhill = downhill.chain(near.into_iter().map(|start| turned_downhill(start, 0.5 * step_rad, tried)));
+    let best = downhill.filter_map(|start| carry(&start)).chain(first).min_by(best_of);
     Ok(best.ok_or(FitError::Degenerate)?.shape)
+}
+
+/// The best starts of a lattice of directions around the longest principal axis, and the principal axes; also the lattice's step, rad.
+fn around_longest_axis<S>(
+    points: &[Point3],
+    wanted: usize,
+    most_rad: f64,
+    tried: impl Fn(UnitVector3) -> Option<Tried<S>>,
+) -> Result<(Vec<Tried<S>>, f64), FitError> {
+    // In quarters of the points' width over their length, out to three of it.
+    const STEPS: i32 = 12;
+    let (_, spreads, axes) = principal_axes(points, &[])?;
+    let step_rad = (0.25 * spreads[1] / spreads[0].max(f64::MIN_POSITIVE)).min(most_rad);
+    let lattice = (-STEPS..=STEPS).flat_map(|k| (-STEPS..=STEPS).map(move |l| (f64::from(k), f64::from(l))));
+    let directions = lattice.map(|(k, l)| axes[0] + axes[1] * (k * step_rad) + axes[2] * (l * step_rad));
+    let mut near: Vec<Tried<S>> = directions.filter_map(|d| tried(UnitVector3::new_normalize(d))).collect();
+    near.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    near.truncate(wanted);
+    near.extend(axes.into_iter().filter_map(|axis| tried(UnitVector3::new_normalize(axis))));
+    Ok((near, step_rad))
 }
 
 /// A shape made of the points for a direction of its axis, and its sum of squares.
