@@ -43,7 +43,7 @@ pub fn unlocked(project: &Project, forward: &Forward) -> Window {
         }
         false => {
             window.type_into("Password", PASSWORD);
-            window.click("Unlock");
+            window.press(egui::Modifiers::NONE, egui::Key::Enter);
         }
     }
     window.wait("the plan is open", |app| app.facts().editing.is_some());
@@ -119,7 +119,8 @@ fn the_first_password_is_set_a_wrong_one_waits_and_the_right_one_opens() {
     assert!(window.shows("The plan is locked"));
     forward.by(2);
     window.harness.run_steps(2);
-    window.click("Unlock");
+    window.type_into("Password", "");
+    window.press(egui::Modifiers::NONE, egui::Key::Enter);
     window.wait_to_show("Lock now");
     assert!(!window.shows("The plan is locked"));
 }
@@ -247,13 +248,34 @@ fn saving_asks_for_the_reason_keeps_comments_and_gives_the_operator_the_new_plan
     window.click("Save as revision D…");
     assert!(window.shows("Save as revision D") && window.says("Give a revision and a reason"));
     window.type_into("Reason for the change", "die repaired");
-    window.click("Save");
+    window.press(egui::Modifiers::NONE, egui::Key::Enter);
     let revision = |app: &App| app.facts().plan.as_ref().map(|plan| plan.part.revision.clone());
     window.wait("the operator's plan", |app| revision(app).as_deref() == Some("D"));
     let text = String::from_utf8(project.read("demo.toml")).unwrap();
     assert!(text.contains("# Deviations refer to a hole") && text.contains("revision = \"D\""), "{text}");
     assert!(text.contains(": die repaired\n#   P01: lower tolerance -0.500 -> -0.400 mm\n"), "{text}");
     assert!(window.says("everything saved") && !project.has("demo.toml.autosave"));
+}
+
+#[test]
+fn what_somebody_else_saved_meanwhile_is_not_overwritten_without_a_word() {
+    let (project, forward) = (Project::new(), Forward::default());
+    let mut window = unlocked(&project, &forward);
+    let text = String::from_utf8(project.read("demo.toml")).unwrap();
+    window.ask(Action::Edit(Edit::SetTolerances { indices: vec![1], lower_mm: Some(-0.3), upper_mm: None }));
+    window.wait("a whole check", checked);
+    project.write("demo.toml", text.replace("4711-02", "4711-09").as_bytes());
+    window.press(egui::Modifiers::COMMAND, egui::Key::S);
+    window.type_into("Reason for the change", "press set up anew");
+    window.click("Save");
+    window.wait_to_show("Overwrite their version");
+    // The dialog has grown and comes to rest in the middle again.
+    window.harness.run_steps(4);
+    assert!(window.says("Somebody else changed this plan") || window.says("somebody else changed this plan"));
+    window.click("Open their version, drop mine");
+    window.wait("their plan", |app| {
+        app.facts().editing.as_ref().is_some_and(|e| !e.document.is_modified() && e.document.text().contains("4711-09"))
+    });
 }
 
 #[test]
