@@ -70,7 +70,7 @@ fn five_steps_lead_from_a_cad_and_a_scan_to_a_verdict() {
     assert!(window.shows("The part is held by H1, S1, A1"));
     window.click("Next");
     window.wait("the plan is checked", |app| {
-        app.facts().editing.as_ref().is_some_and(|e| e.checked == Some(e.version) && !e.choices.is_empty())
+        app.facts().editing.as_ref().is_some_and(|e| e.checked == Some(e.version) && e.foretold().is_some())
     });
     window.harness.run_steps(2);
     let problems = &window.app().facts().editing.as_ref().unwrap().problems;
@@ -87,6 +87,32 @@ fn five_steps_lead_from_a_cad_and_a_scan_to_a_verdict() {
     );
     let told = project.run(["check", "new/Bracket new.toml"]);
     assert_eq!(told.code, Some(0), "{told:?}");
+}
+
+#[test]
+fn cancel_asks_only_where_there_is_something_to_lose() {
+    let project = Project::new();
+    folders(&project);
+    let mut window = window(&project);
+    window.ask(Action::NewPlan(NewPlanCommand::Start { cad: None, scan: None }));
+    window.harness.run_steps(2);
+    window.click("Cancel");
+    assert!(!window.shows("Leave the new plan?") && !window.says("A CAD file is missing"));
+    let cad = Some(project.path("new/part.stl"));
+    window.ask(Action::NewPlan(NewPlanCommand::Start { cad, scan: Some(project.path("new/scans/1.ply")) }));
+    window.until_shown("one surface");
+    window.click("Next");
+    window.wait_until("the scan that came along is read", |window| window.says("found, scatter"));
+    window.click("Cancel");
+    assert!(window.shows("Leave the new plan?"));
+    window.click("Go on with it");
+    assert!(window.says("found, scatter"));
+    window.click("Cancel");
+    window.click("Leave it");
+    window.wait("the plan at hand is edited again", |app| {
+        app.facts().editing.as_ref().is_some_and(|e| e.document.path() == app.facts().plan_path.as_deref().unwrap())
+    });
+    assert!(!project.path("new/part.toml").exists());
 }
 
 #[test]

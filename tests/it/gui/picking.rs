@@ -5,7 +5,7 @@ use super::*;
 use shapeline::gui::engineer::Tool;
 use shapeline::gui::scene::camera::ViewSize;
 use shapeline::plan::Geometry;
-use shapeline::plan::document::{List, RowInfo};
+use shapeline::plan::document::{CsvStyle, List, RowInfo, csv_of_points};
 
 const SCENE: &str = "CAD with features and comparison points";
 
@@ -114,6 +114,26 @@ fn an_edge_point_is_proposed_by_a_click_and_added_by_enter() {
 }
 
 #[test]
+fn a_click_that_means_nothing_says_why() {
+    let project = Project::new();
+    let mut window = window(&project);
+    let p04 = window.seen(&window.geometry(List::Comparison, "P04"));
+    window.key(egui::Key::E);
+    window.click_at(p04 + egui::vec2(-14.0, 14.0));
+    assert!(window.says("The nearest trimmed edge is") && window.app().engineer().draft.is_none());
+    window.key(egui::Key::H);
+    let slot = window.seen(&window.geometry(List::Feature, "S1"));
+    window.click_at(slot);
+    assert!(window.says("is not round") && window.says("take it as a slot"));
+    window.key(egui::Key::A);
+    window.click("Slot for the alignment");
+    window.click_at(slot);
+    let draft = window.app().engineer().draft.clone().expect("a proposal");
+    assert_eq!((draft.list, draft.spec.geometry.kind()), (List::Feature, "slot"));
+    assert!(window.says("Fitted to the rim"));
+}
+
+#[test]
 fn a_drag_is_one_step_and_escape_takes_it_back() {
     let project = Project::new();
     let mut window = window(&project);
@@ -196,4 +216,49 @@ fn the_other_hand_is_shown_before_it_is_made() {
     window.click("Mirror");
     let after = window.geometry(List::Comparison, "P04").position();
     assert!((after.x, after.z) == (before.x, before.z) && (after.y + before.y - 20.0).abs() < 1e-9);
+}
+
+#[test]
+fn points_are_pasted_from_a_spreadsheet_or_not_at_all() {
+    let project = Project::new();
+    let mut window = window(&project);
+    let before = window.rows(List::Comparison);
+    let points = window.app().facts().editing.as_ref().unwrap().document.read().draft.comparison;
+    let table = csv_of_points(&points, CsvStyle::DecimalComma);
+    let line = |name: &str| table.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
+    // One new point, one with another limit, one as it is; the limit stands in the last cell.
+    let new = line("P01").replacen("P01", "P99", 1);
+    let changed = line("P02");
+    let (cells, _) = changed.rsplit_once(';').unwrap();
+    let pasted = format!("{}\n{new}\n{cells};0,875\n{}\n", table.lines().next().unwrap(), line("P03"));
+    window.click("CSV…");
+    let broken = pasted.replace("0,875", "wide");
+    window.retype("Paste cells from a spreadsheet", &broken);
+    window.wait_until_says("1 faults");
+    assert!(window.says("Mend 1 fault first") && window.says("Line 3:"));
+    window.key(egui::Key::Escape);
+    assert_eq!(window.rows(List::Comparison), before, "nothing is taken");
+    window.click("CSV…");
+    window.retype("Paste cells from a spreadsheet", &pasted);
+    window.wait_until_says("1 new, 1 changed, 1 as before, 0 faults");
+    assert!(window.says("points of the plan are not in the table"));
+    window.click("Import points");
+    let after = window.rows(List::Comparison);
+    assert_eq!((after.len(), after.last().unwrap().name.as_str()), (before.len() + 1, "P99"));
+    use shapeline::plan::document::FieldValue::Number;
+    assert_eq!(after[1].value("upper_mm"), Some(&Number(0.875)));
+}
+
+impl Window {
+    #[track_caller]
+    fn wait_until_says(&mut self, words: &str) {
+        let start = Instant::now();
+        while !self.says(words) {
+            assert!(start.elapsed() < PATIENCE, "{words}");
+            std::thread::sleep(Duration::from_millis(5));
+            self.harness.step();
+        }
+        // A dialog that has grown comes to rest in the middle.
+        self.harness.run_steps(5);
+    }
 }
