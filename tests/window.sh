@@ -82,6 +82,10 @@ picture operator_done
 xdotool key ctrl+2
 sleep 2
 picture results
+# Two parts back, the first point out of tolerance: why it is one, its section, its trend.
+xdotool key Prior sleep 0.5 key Prior sleep 3 key n
+sleep 3
+picture results_point
 # The engineer's password is set by typing it twice, then the plan is open.
 xdotool key ctrl+3
 sleep 1

@@ -1,13 +1,14 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
 mod engineer;
+mod names;
 mod new_plan;
 mod picking;
 mod results;
 
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};
 use egui_kittest::Harness;
-use egui_kittest::kittest::{By, NodeT, Queryable};
+use egui_kittest::kittest::Queryable;
 use shapeline::gui::{Action, App, Job, Language, Screen, Setup, install};
 use shapeline::inspect::{Outcome, Verdict};
 use std::path::PathBuf;
@@ -286,7 +287,7 @@ fn a_typed_path_opens_a_plan_and_one_that_is_not_there_is_told() {
 }
 
 #[test]
-fn verdict_and_button_never_leave_and_every_control_has_a_name() {
+fn verdict_and_button_never_leave() {
     let project = Project::new();
     project.write("scans/1.ply", &tiny_scan(1));
     for size in [[1920.0, 1080.0], [1280.0, 800.0], [800.0, 600.0], [480.0, 360.0]] {
@@ -294,17 +295,7 @@ fn verdict_and_button_never_leave_and_every_control_has_a_name() {
         window.click("Run sequence");
         window.wait("the end", |app| app.facts().last_end.is_some());
         assert!(window.shows("Refused, last part 1 of 1") && window.shows("Run sequence"), "{size:?}");
-        for screen in [Screen::Operator, Screen::Results] {
-            window.ask(Action::Show(screen));
-            window.harness.run_steps(2);
-            let nameless = By::new().predicate(|node| {
-                let control = egui::accessibility::is_input(node.role());
-                control && node.label().is_none_or(|l| l.trim().is_empty()) && node.labelled_by().next().is_none()
-            });
-            let nameless: Vec<String> =
-                window.harness.query_all(nameless).map(|n| format!("{:?}", n.accesskit_node().role())).collect();
-            assert!(nameless.is_empty(), "{size:?} {screen:?}: {nameless:?}");
-        }
+        names::assert_all_named(&mut window, &format!("{size:?}"));
     }
 }
 

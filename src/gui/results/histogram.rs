@@ -9,7 +9,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::words as write;
 use crate::inspect::MapStatistics;
 use crate::report::palette::Scale;
-use egui::{Align2, Rect, Stroke, Ui, vec2};
+use egui::{Align2, Rect, Role, Stroke, Ui, WidgetInfo, vec2};
 use egui_plot::{Bar, BarChart, LineStyle, VLine};
 
 /// Draws the histogram with mean and quantiles, its statistics below.
@@ -68,7 +68,7 @@ pub fn histogram_ui(
     let place = at.with_max_y(foot.top() - 4.0);
     let builder = egui::UiBuilder::new().max_rect(place);
     ui.scope_builder(builder, |ui| {
-        plot.show(ui, |plot| {
+        let shown = plot.show(ui, |plot| {
             plot.bar_chart(BarChart::new("", bars).allow_hover(false));
             let dashed = LineStyle::Dashed { length: 4.0 };
             for (value, style) in
@@ -77,6 +77,7 @@ pub fn histogram_ui(
                 plot.vline(VLine::new("", value).stroke(Stroke::new(1.2, theme.text)).style(style).allow_hover(false));
             }
         });
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words.text("results.map_points")));
     });
     let figures = [
         ("results.mean", words.signed_mm(statistics.mean_mm)),

@@ -1,6 +1,7 @@
 //! Histogram and trend, below the views.
 
-use super::{ResultsView, histogram, trend};
+use super::trend::{self, Span};
+use super::{ResultsView, histogram};
 use crate::gui::action::Action;
 use crate::gui::facts::FinishedPart;
 use crate::gui::fonts;
@@ -54,10 +55,11 @@ impl Lowers<'_> {
     }
 
     /// The trend in a card.
-    pub fn trend(&self, ui: &mut Ui, at: Rect, scope: &mut Scope) {
+    pub fn trend(&self, ui: &mut Ui, at: Rect, span: &mut Span, scope: &mut Scope) {
         cards::card(ui, at, scope.theme);
-        title(ui, at, &self.trend_title(scope), scope);
-        self.trend_in(ui, body(at), scope);
+        let left = span_ui(ui, at, span, scope);
+        title(ui, at.with_max_x(left), &self.trend_title(scope), scope);
+        self.trend_in(ui, body(at), *span, scope);
     }
 
     fn trend_title(&self, scope: &Scope) -> String {
@@ -67,8 +69,8 @@ impl Lowers<'_> {
         }
     }
 
-    fn trend_in(&self, ui: &mut Ui, at: Rect, scope: &mut Scope) {
-        if let Some(part) = trend::trend_ui(ui, at, self.chosen, Some(self.place), scope) {
+    fn trend_in(&self, ui: &mut Ui, at: Rect, span: Span, scope: &mut Scope) {
+        if let Some(part) = trend::trend_ui(ui, at, self.chosen, self.place, span, scope) {
             scope.ask(Action::ChoosePart(Some(part)));
         }
     }
@@ -92,10 +94,29 @@ impl Lowers<'_> {
             x += wide + 6.0;
         }
         match view.lower {
-            Lower::Trend => self.trend_in(ui, body(at), scope),
+            Lower::Trend => {
+                span_ui(ui, at, &mut view.trend_span, scope);
+                self.trend_in(ui, body(at), view.trend_span, scope);
+            }
             Lower::Histogram => self.histogram_in(ui, body(at), view, scope),
         }
     }
+}
+
+/// The switch between this sequence and the last parts, at the right of a card's title; returns where it begins.
+fn span_ui(ui: &mut Ui, card: Rect, span: &mut Span, scope: &Scope) -> f32 {
+    let mut right = card.right() - 10.0;
+    for (which, key) in [(Span::Last, "results.last_200"), (Span::Sequence, "results.this_sequence")] {
+        let text = scope.words.text(key);
+        let wide = write::width(ui, text, fonts::semibold(size::TABLE)) + 20.0;
+        let place = Rect::from_min_size(pos2(right - wide, card.top() + 5.0), vec2(wide, 26.0));
+        let text = RichText::new(text).font(fonts::semibold(size::TABLE));
+        if ui.put(place, Button::selectable(*span == which, text)).clicked() {
+            *span = which;
+        }
+        right = place.left() - 6.0;
+    }
+    right
 }
 
 fn title(ui: &mut Ui, card: Rect, text: &str, scope: &Scope) {

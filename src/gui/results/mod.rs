@@ -10,6 +10,8 @@ mod number_line;
 mod numbers;
 pub(super) mod order;
 mod picture;
+mod section;
+mod section_plot;
 mod sentence;
 mod still_plot;
 mod table;
@@ -65,6 +67,8 @@ pub struct ResultsView {
     tab: Tab,
     lower: Lower,
     picture: picture::Pictures,
+    sections: section_plot::Sections,
+    trend_span: trend::Span,
     measuring: bool,
     picks: Vec<Pick>,
     /// The whole part is to be shown in the next frame.
@@ -104,6 +108,8 @@ impl Default for ResultsView {
             tab: Tab::default(),
             lower: Lower::default(),
             picture: picture::Pictures::default(),
+            sections: section_plot::Sections::default(),
+            trend_span: trend::Span::default(),
             measuring: false,
             picks: Vec::new(),
             fit: false,
@@ -252,13 +258,13 @@ fn measured_ui(
         }
     }
     if !narrow || view.tab == Tab::Why {
-        why::why_ui(ui, places.why, chosen, scope);
+        why::why_ui(ui, places.why, (part, inspection), chosen, &mut view.sections, scope);
     }
     let lower_ui = Lowers { part, place, inspection, chosen, map: ready.as_ref().and_then(|r| r.map.as_deref()) };
     match places.breadth {
         Breadth::Wide => {
             lower_ui.histogram(ui, places.histogram, view, scope);
-            lower_ui.trend(ui, places.trend, scope);
+            lower_ui.trend(ui, places.trend, &mut view.trend_span, scope);
         }
         Breadth::Middle => lower_ui.either(ui, places.trend, view, scope),
         Breadth::Narrow if view.tab == Tab::Trend => lower_ui.either(ui, places.trend, view, scope),

@@ -127,7 +127,8 @@ fn builder_of(ui: &mut Ui, columns: Columns, name_width: f32, height: f32, scrol
     ui.spacing_mut().item_spacing = vec2(8.0, 0.0);
     let mut table = TableBuilder::new(ui)
         .id_salt("comparison_points")
-        .sense(Sense::click())
+        // Cells take clicks; the keyboard goes from row to row, each with a name.
+        .sense(Sense::CLICK)
         .cell_layout(Layout::left_to_right(Align::Center))
         .max_scroll_height(height)
         .auto_shrink(false)

@@ -9,8 +9,9 @@ use crate::gui::theme::{Theme, size};
 use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::words as write;
 use crate::inspect::{Outcome, PointResult, Verdict};
-use egui::{Align2, Rect, Stroke, Ui, vec2};
+use egui::{Align2, Rect, Role, Stroke, Ui, WidgetInfo, vec2};
 use egui_plot::{HLine, Line, LineStyle, PlotPoint, PlotPoints, Polygon};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One part in the trend.
@@ -40,12 +41,31 @@ pub fn steps(parts: &[Arc<FinishedPart>], name: &str) -> Vec<Step> {
 /// Steps of a trend that is limited to the last ones.
 pub const LAST: usize = 200;
 
+/// Which parts a trend shows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Span {
+    /// The last ones, whatever sequence they were of.
+    #[default]
+    Last,
+    /// Those of the sequence of the part looked at.
+    Sequence,
+}
+
+/// The places of the parts that were inspected in one run with the part at `place`. Each run counts from 1.
+fn sequence_of(parts: &[Arc<FinishedPart>], place: usize) -> Range<usize> {
+    let begins = |k: &usize| parts.get(*k).is_some_and(|part| part.index == 1);
+    let first = (0..=place.min(parts.len())).rev().find(begins).unwrap_or(0);
+    let end = (place + 1..parts.len()).find(begins).unwrap_or(parts.len());
+    first..end
+}
+
 /// Draws the trend; returns the part that was clicked.
 pub fn trend_ui(
     ui: &mut Ui,
     at: Rect,
     point: Option<&PointResult>,
-    looked_at: Option<usize>,
+    looked_at: usize,
+    span: Span,
     scope: &Scope,
 ) -> Option<usize> {
     let (theme, words) = (scope.theme, scope.words);
@@ -55,6 +75,10 @@ pub fn trend_ui(
         return None;
     };
     let mut steps = steps(&scope.facts.parts, &point.name);
+    if span == Span::Sequence {
+        let shown = sequence_of(&scope.facts.parts, looked_at);
+        steps.retain(|step| shown.contains(&step.part));
+    }
     steps.drain(..steps.len().saturating_sub(LAST));
     let first = steps.first().map_or(0, |s| s.part) as f64;
     let last = steps.last().map_or(0, |s| s.part) as f64;
@@ -100,6 +124,9 @@ pub fn trend_ui(
                 plot.line(Line::new("", points).stroke(Stroke::new(1.2, theme.quiet)).allow_hover(false));
             }
         });
+        shown.response.widget_info(|| {
+            WidgetInfo::labeled(Role::Image, true, words.fill("results.trend_of", &[("point", &point.name)]))
+        });
         let transform = shown.transform;
         let places: Vec<(usize, egui::Pos2, &Step)> = steps
             .iter()
@@ -126,13 +153,13 @@ pub fn trend_ui(
     clicked
 }
 
-fn paint_steps(ui: &Ui, places: &[(usize, egui::Pos2, &Step)], looked_at: Option<usize>, theme: &Theme) {
+fn paint_steps(ui: &Ui, places: &[(usize, egui::Pos2, &Step)], looked_at: usize, theme: &Theme) {
     let crowded = places.len() > 60;
     let side = if crowded { 7.0 } else { 13.0 };
     for (part, pos, step) in places {
         let sign = step.sign.map_or(Sign::Refused, Sign::from);
         sign.paint(ui.painter(), Rect::from_center_size(*pos, vec2(side, side)), theme);
-        if Some(*part) == looked_at {
+        if *part == looked_at {
             ui.painter().circle_stroke(*pos, side * 0.5 + 4.0, Stroke::new(2.0, theme.accent));
         }
     }

@@ -2,20 +2,29 @@
 
 use super::number_line::number_line_ui;
 use super::order::{kind_key, verdict_word};
+use super::section_plot::{self, Sections};
 use super::{numbers, sentence};
+use crate::gui::facts::FinishedPart;
 use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::{Theme, size};
 use crate::gui::widgets::sign::{self, Sign};
 use crate::gui::widgets::{cards, words as write};
-use crate::inspect::{Budget, PointResult, Verdict};
+use crate::inspect::{Budget, Inspection, PointResult, Verdict};
 use crate::measure::{Gate, Rule, WindowShare};
 use crate::report::words::capital;
 use egui::{Align, Align2, Grid, Label, Layout, Rect, RichText, ScrollArea, Ui, vec2};
 
 /// Draws the card of a point, or what to do to see one.
-pub fn why_ui(ui: &mut Ui, at: Rect, point: Option<&PointResult>, scope: &mut Scope) {
+pub fn why_ui(
+    ui: &mut Ui,
+    at: Rect,
+    (part, of): (&FinishedPart, &Inspection),
+    point: Option<&PointResult>,
+    sections: &mut Sections,
+    scope: &mut Scope,
+) {
     let (theme, words) = (scope.theme, scope.words);
     cards::card(ui, at, theme);
     let inner = at.shrink2(vec2(16.0, 12.0));
@@ -31,7 +40,7 @@ pub fn why_ui(ui: &mut Ui, at: Rect, point: Option<&PointResult>, scope: &mut Sc
     ui.scope_builder(builder, |ui| {
         ScrollArea::vertical().id_salt(("why", &point.name)).auto_shrink(false).show(ui, |ui| {
             ui.set_width(body.width() - 12.0);
-            body_ui(ui, point, words, theme);
+            body_ui(ui, (part, of, point), sections, words, theme);
         });
     });
 }
@@ -53,12 +62,38 @@ fn head_ui(ui: &mut Ui, head: Rect, point: &PointResult, words: &Words, theme: &
     }
 }
 
-fn body_ui(ui: &mut Ui, point: &PointResult, words: &Words, theme: &Theme) {
+/// Widths of the card from which the section stands beside the gates, and of the section there, points.
+const BESIDE_FROM: f32 = 560.0;
+const BESIDE: f32 = 240.0;
+/// Its height.
+const SECTION: f32 = 170.0;
+
+fn body_ui(
+    ui: &mut Ui,
+    (part, of, point): (&FinishedPart, &Inspection, &PointResult),
+    sections: &mut Sections,
+    words: &Words,
+    theme: &Theme,
+) {
     ui.add(Label::new(RichText::new(sentence::of_point(point, words)).size(size::BODY)).wrap());
     ui.add_space(6.0);
     number_line_ui(ui, point, words, theme);
     ui.add_space(10.0);
-    gates_ui(ui, point, words, theme);
+    let width = ui.available_width();
+    let mut section_ui = |ui: &mut Ui, wide: f32| {
+        section_plot::section_ui(ui, vec2(wide, SECTION), (part, of, point), sections, (words, theme));
+    };
+    if width >= BESIDE_FROM {
+        ui.horizontal_top(|ui| {
+            section_ui(ui, BESIDE);
+            ui.add_space(6.0);
+            ui.vertical(|ui| gates_ui(ui, point, words, theme));
+        });
+    } else {
+        section_ui(ui, width.min(420.0));
+        ui.add_space(8.0);
+        gates_ui(ui, point, words, theme);
+    }
     if let Some(m) = &point.measurement {
         budget_ui(ui, &m.budget, m.uncertainty_mm, words, theme);
     }

@@ -15,10 +15,18 @@ const KEPT_MAPS: usize = 4;
 const KEPT_PARTS: usize = 2;
 
 /// A computation under way. Dropping it gives it up.
-struct Pending<K, V> {
-    key: K,
+pub(in crate::gui) struct Pending<K, V> {
+    /// What is computed.
+    pub key: K,
     stop: CancelToken,
     answer: Receiver<V>,
+}
+
+impl<K, V> Pending<K, V> {
+    /// What came of it, or that it is still under way, or that it was given up.
+    pub fn answer(&self) -> Result<V, TryRecvError> {
+        self.answer.try_recv()
+    }
 }
 
 impl<K, V> Drop for Pending<K, V> {
@@ -48,7 +56,7 @@ impl Builder {
     /// The part as it is drawn when seen from a side; `None` while it is being made. `wake` is called when it is there.
     pub fn part(&mut self, part: &Arc<Part>, side: Side, wake: &egui::Context) -> Option<Arc<PartContent>> {
         if let Some(pending) = &self.part_pending {
-            match pending.answer.try_recv() {
+            match pending.answer() {
                 Ok(content) => {
                     keep(&mut self.parts, (pending.key.clone(), content), KEPT_PARTS);
                     self.part_pending = None;
@@ -78,7 +86,7 @@ impl Builder {
         wake: &egui::Context,
     ) -> Option<Arc<MapContent>> {
         if let Some(pending) = &self.map_pending {
-            match pending.answer.try_recv() {
+            match pending.answer() {
                 Ok(Some(content)) => {
                     keep(&mut self.maps, (pending.key.clone(), content), KEPT_MAPS);
                     self.map_pending = None;
@@ -113,7 +121,7 @@ fn keep<T>(kept: &mut Vec<T>, new: T, most: usize) {
 }
 
 /// Starts a computation; `None` when the system gives no thread.
-fn pending<K, V: Send + 'static>(
+pub(in crate::gui) fn pending<K, V: Send + 'static>(
     key: K,
     wake: &egui::Context,
     compute: impl FnOnce(&RunContext) -> Option<V> + Send + 'static,

@@ -5,7 +5,7 @@ use shapeline::gui::Words;
 use shapeline::inspect::{Inspection, PointResult};
 
 /// A window of a size on the results of the demo's third scan, which has three points out of tolerance, and of its first.
-fn results(size: [f32; 2]) -> Window {
+pub(super) fn results(size: [f32; 2]) -> Window {
     let project = Project::new();
     project.write("scans/1.ply", &demo_file("scans/01_good_top.ply"));
     project.write("scans/2.ply", &demo_file("scans/03_out_of_tolerance.ply"));
