@@ -25,7 +25,9 @@ pub fn form_ui(ui: &mut Ui, at: Rect, scope: &mut Scope, view: &mut EngineerView
         ui.set_clip_rect(body.expand2(vec2(4.0, 0.0)).intersect(ui.clip_rect()));
         ui.spacing_mut().scroll = egui::style::ScrollStyle { bar_width: 6.0, ..ui.spacing().scroll };
         let of = (view.section, view.chosen.clone(), draft.is_some());
-        ScrollArea::vertical().id_salt(egui::Id::unique("engineer form").with(format!("{of:?}"))).show(ui, |ui| {
+        let area = ScrollArea::vertical().id_salt(egui::Id::unique("engineer form").with(format!("{of:?}")));
+        // As wide as its place, or its bar would lie over the fields.
+        area.auto_shrink([false, true]).show(ui, |ui| {
             // The bar for scrolling comes to lie beside the fields.
             ui.set_width(body.width() - 12.0);
             match (&draft, view.chosen.list, view.chosen.rows.len()) {
