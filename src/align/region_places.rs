@@ -91,32 +91,32 @@ pub fn move_region_fit(common: &Common, fit: &RegionFit, known: &mut PoseUncerta
     let Common { part, face, settings } = *common;
     let about = part.bounds.centre();
     let thicker_mm = part.cad_side.face_offset_mm(face.side, settings.thickness_mm) * face.side.sign();
-    if thicker_mm != 0.0
-        && let Some(motion) = displaced(common, fit, &of_thickness, |_, outward| outward * thicker_mm)
-    {
+    let share = settings.scale_ppm * 1e-6;
+    if thicker_mm == 0.0 && share == 0.0 {
+        return;
+    }
+    let frame = Frame::of(fit, part.diagonal_mm());
+    let places: Vec<(f64, RegionPlaces)> =
+        fit.regions.iter().map(|region| (region.weight, region_places(part, face.side, region))).collect();
+    if let Some(motion) = displaced(&frame, &places, &of_thickness, |_, outward| outward * thicker_mm) {
         known.set_thickness(motion);
     }
-    let share = settings.scale_ppm * 1e-6;
-    if share != 0.0
-        && let Some(motion) = displaced(common, fit, &of_scale, |place, _| (place - about) * share)
-    {
+    if let Some(motion) = displaced(&frame, &places, &of_scale, |place, _| (place - about) * share) {
         known.set_scale(motion);
     }
 }
 
-/// The motion that brings displaced regions back as well as a motion can; `None` where they leave one free.
+/// The motion that brings displaced regions (weight and places) back as well as a motion can; `None` where they leave one free.
 fn displaced(
-    common: &Common,
-    fit: &RegionFit,
+    frame: &Frame,
+    regions: &[(f64, RegionPlaces)],
     whole: &Isometry3,
     by: impl Fn(&Point3, &Vector3) -> Vector3,
 ) -> Option<Isometry3> {
-    let frame = Frame::of(fit, common.part.diagonal_mm());
     let mut normal = Normal::zero();
-    for region in &fit.regions {
-        let places = region_places(common.part, common.face.side, region).places;
-        let weight = region.weight / places.len().max(1) as f64;
-        for (place, outward) in &places {
+    for (weight, RegionPlaces { places, .. }) in regions {
+        let weight = weight / places.len().max(1) as f64;
+        for (place, outward) in places {
             let slope = frame.slope(place, outward);
             normal.h += slope * slope.transpose() * weight;
             normal.g += slope * (by(place, outward).dot(outward) * weight);
