@@ -30,5 +30,6 @@ pub mod report;
 pub mod run;
 pub mod scan;
 pub mod simulate;
+pub mod stitch;
 pub mod study;
 pub mod worker;

@@ -11,7 +11,7 @@ const LAYERS: &[&[&str]] = &[
     &["io", "plan"],
     &["part", "scan"],
     &["simulate"],
-    &["measure"],
+    &["measure", "stitch"],
     &["align"],
     &["inspect"],
     &["report"],

@@ -1,0 +1,157 @@
+//! What can be known of the quality of a measured point (endoscope paper, section 4).
+
+/// A quality metric: of the signal, of the calibration nearby, of the cloud around.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Metric {
+    /// Amplitude b of the fringes.
+    Strength,
+    /// Amplitude over background, b / a.
+    Attenuation,
+    /// Standard deviation of a pixel's intensity (0..1) over the phase shifts of the highest frequency.
+    PhaseShiftVariation,
+    /// Distance to the nearest calibrated feature of the camera.
+    CalibrationDistance,
+    /// The same of the projector.
+    CalibrationDistanceProjector,
+    /// Reprojection error of the nearest calibrated feature, pixels.
+    Reprojection,
+    /// How many calibrated features lie around the nearest one: equation (3).
+    Density,
+    /// How far the normal stands off the mean one around: equation (4).
+    NonUniformity,
+    /// The same as an angle, rad.
+    NonUniformityAngle,
+}
+
+/// Which values of a metric are the better ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Better {
+    /// Larger ones.
+    Larger,
+    /// Smaller ones.
+    Smaller,
+}
+
+impl Metric {
+    /// All of them.
+    pub const ALL: [Metric; 9] = [
+        Metric::Strength,
+        Metric::Attenuation,
+        Metric::PhaseShiftVariation,
+        Metric::CalibrationDistance,
+        Metric::CalibrationDistanceProjector,
+        Metric::Reprojection,
+        Metric::Density,
+        Metric::NonUniformity,
+        Metric::NonUniformityAngle,
+    ];
+
+    /// The word in `MERGE.toml`, and the name of the column in files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Metric::Strength => "b",
+            Metric::Attenuation => "attenuation",
+            Metric::PhaseShiftVariation => "sigma_i",
+            Metric::CalibrationDistance => "d_cal",
+            Metric::CalibrationDistanceProjector => "d_cal_projector",
+            Metric::Reprojection => "reprojection",
+            Metric::Density => "density",
+            Metric::NonUniformity => "delta_n",
+            Metric::NonUniformityAngle => "delta_n_angle",
+        }
+    }
+
+    /// The metric of that word.
+    pub fn of_key(key: &str) -> Option<Self> {
+        Metric::ALL.into_iter().find(|metric| metric.key() == key)
+    }
+
+    /// Which values are the better ones.
+    pub fn better(self) -> Better {
+        match self {
+            Metric::Strength | Metric::Attenuation | Metric::PhaseShiftVariation | Metric::Density => Better::Larger,
+            Metric::CalibrationDistance
+            | Metric::CalibrationDistanceProjector
+            | Metric::Reprojection
+            | Metric::NonUniformity
+            | Metric::NonUniformityAngle => Better::Smaller,
+        }
+    }
+
+    /// A value as a score, of which the larger is better.
+    pub fn score(self, value: f64) -> f64 {
+        match self.better() {
+            Better::Larger => value,
+            Better::Smaller => -value,
+        }
+    }
+}
+
+/// b / a: signal attenuation, by which sharp images are told from blurred ones. Where there is no background there is no number.
+pub fn attenuation(a: f32, b: f32) -> f32 {
+    if a > 0.0 { b / a } else { f32::NAN }
+}
+
+/// Standard deviation of a pixel's intensities over a sequence (the whole sequence is known: divided by its length).
+pub fn standard_deviation(samples: &[f64]) -> f64 {
+    let n = samples.len().max(1) as f64;
+    let mean = samples.iter().sum::<f64>() / n;
+    (samples.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// Scores by several metrics at once: the sum over them of a point's place among all, 0 for the worst. Equal values share the mean of
+/// their places; what is no number is worst of all. `columns`: values of each metric, all of one length.
+pub fn rank_sum(columns: &[(Metric, &[f32])]) -> Vec<f64> {
+    let count = columns.first().map_or(0, |(_, values)| values.len());
+    let mut sum = vec![0.0; count];
+    for (metric, values) in columns {
+        let score = |k: u32| {
+            let score = metric.score(f64::from(values[k as usize]));
+            if score.is_nan() { f64::NEG_INFINITY } else { score + 0.0 }
+        };
+        let mut order: Vec<u32> = (0..values.len() as u32).collect();
+        order.sort_unstable_by(|a, b| score(*a).total_cmp(&score(*b)));
+        let mut first = 0;
+        while first < order.len() {
+            let same = order[first..].iter().take_while(|k| score(**k) == score(order[first])).count();
+            let place = first as f64 + 0.5 * (same - 1) as f64;
+            order[first..first + same].iter().for_each(|k| sum[*k as usize] += place);
+            first += same;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_name_metrics_and_scores_rise_with_quality() {
+        for metric in Metric::ALL {
+            assert_eq!(Metric::of_key(metric.key()), Some(metric));
+            let (worse, better) = if metric.better() == Better::Larger { (1.0, 2.0) } else { (2.0, 1.0) };
+            assert!(metric.score(better) > metric.score(worse));
+        }
+        assert_eq!(Metric::of_key("mean"), None);
+        assert!(attenuation(0.0, 1.0).is_nan() && attenuation(4.0, 1.0) == 0.25);
+    }
+
+    /// By b the places are 2, 0.5, 0.5, 3, by d_cal (smaller is better) 1, 3, 2, 0: no number is worst.
+    #[test]
+    fn ranks_of_several_metrics_are_added_and_ties_shared() {
+        let (b, d) = ([5.0, 1.0, 1.0, 9.0], [30.0, 10.0, 20.0, f32::NAN]);
+        let sum = rank_sum(&[(Metric::Strength, &b), (Metric::CalibrationDistance, &d)]);
+        assert_eq!(sum, [3.0, 3.5, 2.5, 3.0]);
+        assert!(rank_sum(&[]).is_empty());
+    }
+
+    /// Of a clean sinusoid the standard deviation over evenly spaced phases is b / sqrt(2), so that sigma_i and b rank alike.
+    #[test]
+    fn phase_shift_variation_of_a_clean_sinusoid_is_b_over_root_two() {
+        let b = 0.3;
+        let samples: Vec<f64> =
+            (0..8).map(|k| 0.5 + b * (std::f64::consts::TAU * f64::from(k) / 8.0 + 0.7).cos()).collect();
+        assert!((standard_deviation(&samples) - b / 2f64.sqrt()).abs() < 1e-12);
+    }
+}
