@@ -166,14 +166,16 @@ mod tests {
     use rand::seq::SliceRandom;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use std::cmp::Ordering;
 
     /// As it is defined.
     fn by_definition(positions: &[Point3], ranks: &[Rank], radius: f64) -> Vec<u32> {
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         order.sort_by(|a, b| {
             let (a, b) = (&ranks[*a as usize], &ranks[*b as usize]);
-            let by_score = b.score.total_cmp(&a.score).then((a.view, a.index).cmp(&(b.view, b.index)));
-            a.score.is_nan().cmp(&b.score.is_nan()).then(by_score)
+            let by_score = b.score.partial_cmp(&a.score).unwrap_or(Ordering::Equal);
+            let no_score = a.score.is_nan().cmp(&b.score.is_nan());
+            no_score.then(by_score).then((a.view, a.index).cmp(&(b.view, b.index)))
         });
         let mut kept: Vec<u32> = Vec::new();
         for k in order {

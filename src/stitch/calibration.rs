@@ -89,7 +89,10 @@ fn cut_off(positions: &[Point3]) -> f64 {
         return 0.0;
     }
     let at = ((distances.len() - 1) as f64 * NEIGHBOUR_SHARE).round() as usize;
-    *distances.select_nth_unstable_by(at, f64::total_cmp).1
+    let (_, quantile, beyond) = distances.select_nth_unstable_by(at, f64::total_cmp);
+    let next = beyond.iter().copied().min_by(f64::total_cmp).unwrap_or(*quantile);
+    // Between two distances, so that no pair lies on the bound, where rounding would decide.
+    0.5 * (*quantile + next)
 }
 
 /// Features by place.
