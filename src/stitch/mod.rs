@@ -11,8 +11,10 @@ pub mod non_uniformity;
 pub mod spacing;
 #[cfg(test)]
 mod test_points;
+pub mod view;
 pub mod voxel;
 
 pub use adaptive::{MergeError, Rank, survivors};
 pub use mask::Mask;
 pub use metric::{Better, Metric};
+pub use view::View;
