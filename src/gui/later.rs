@@ -59,6 +59,8 @@ const NOT_SHOWN: Duration = Duration::from_millis(300);
 pub enum Asked {
     /// A file that is there, with one of these endings.
     Open(&'static [&'static str]),
+    /// A folder.
+    Folder,
     /// A file to be written, under this name at first.
     Save(String),
 }
@@ -87,10 +89,16 @@ impl PathDialog {
             }
             let path = match asked {
                 Asked::Open(endings) => dialog.add_filter(endings.join(", "), endings).pick_file(),
+                Asked::Folder => dialog.pick_folder(),
                 Asked::Save(name) => dialog.set_file_name(name).save_file(),
             };
             (path, begin.elapsed())
         });
+    }
+
+    /// Whether it is open.
+    pub fn is_open(&self) -> bool {
+        self.open.is_busy()
     }
 
     /// The path that was chosen, once.

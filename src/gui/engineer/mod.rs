@@ -5,6 +5,7 @@
 
 mod act;
 mod alignment_form;
+mod choose_file;
 pub mod desk;
 pub mod dialogs;
 pub mod editing;

@@ -1,5 +1,6 @@
 //! The form of a section: a line for each of its settings.
 
+use super::choose_file;
 use super::editing::{Edit, Editing};
 use super::fields::{Commit, Field, line_ui, note_ui, plain_number, problems_of, problems_ui, worst};
 use super::labels;
@@ -52,6 +53,9 @@ pub fn setting_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editi
         line.take(value, scope);
         line.left_out_ui(ui, scope);
     });
+    if view.dialog.failed && view.dialog_for == Some((setting.table, setting.key)) {
+        note_ui(ui, scope, scope.words.text("tables.no_dialog"));
+    }
     problems_ui(ui, scope, &problems);
 }
 
@@ -113,7 +117,9 @@ impl Line<'_> {
         // A path or pattern that is half typed is none.
         let commit = if self.setting.holds == Holds::Text { Commit::Typed } else { Commit::Left };
         let key = self.key();
-        let width = (ui.available_width() - 34.0).max(120.0);
+        let in_files = matches!(self.setting.holds, Holds::File | Holds::Folder);
+        let button = if in_files { choose_file::button_width(ui, scope.words) } else { 0.0 };
+        let width = (ui.available_width() - 34.0 - button).max(120.0);
         let field = Field {
             key: &key,
             label: self.label,
@@ -125,7 +131,9 @@ impl Line<'_> {
             severity: self.severity,
             commit,
         };
-        field.ui(ui, scope, view).map_or(Made::Nothing, |text| Made::Value(FieldValue::Text(text)))
+        let typed = field.ui(ui, scope, view);
+        let chosen = if in_files { choose_file::choose_ui(ui, scope, view, self.setting, self.label) } else { None };
+        typed.or(chosen).map_or(Made::Nothing, |text| Made::Value(FieldValue::Text(text)))
     }
 
     fn number_ui(&self, ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, unit: &str) -> Made {

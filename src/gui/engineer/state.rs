@@ -4,6 +4,7 @@ use super::dialogs::Dialogs;
 use super::editing::{Edit, Editing};
 use super::view3d::View3d;
 use crate::diagnostic::Diagnostic;
+use crate::gui::later::PathDialog;
 use crate::plan::document::{List, PointSpec};
 use crate::worker::plan_file::SaveError;
 use std::path::PathBuf;
@@ -202,6 +203,10 @@ pub struct EngineerView {
     pub(super) scroll: Option<f32>,
     /// The row from which Shift chooses.
     pub(super) anchor: Option<usize>,
+    /// The system's dialog for a file or folder that the plan names.
+    pub(super) dialog: PathDialog,
+    /// The setting it is open for: table, key.
+    pub(super) dialog_for: Option<(&'static str, &'static str)>,
 }
 
 impl std::fmt::Debug for EngineerView {

@@ -7,7 +7,7 @@ use crate::gui::app::App;
 use crate::gui::engineer::Editing;
 use crate::plan::document::EditError;
 use crate::worker::plan_file::{Overwrite, SaveError, discard_autosave, save_plan};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What can be asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub enum Command {
     Cancel,
     /// Save the plan and inspect the scan.
     Run,
+    /// The same, in the place of another file of that name.
+    Replace(PathBuf),
     /// The plan lies on the disk.
     Saved(PathBuf),
 }
@@ -34,11 +36,12 @@ pub(in crate::gui) fn command(app: &mut App, ctx: &egui::Context, command: Comma
     // Locked, nothing is made; what was begun waits.
     let open = app.lock.is_open(app.setup.clock.now());
     match command {
-        Command::Go(_) | Command::Run if !open => {}
+        Command::Go(_) | Command::Run | Command::Replace(_) if !open => {}
         Command::Start { cad, scan } => start(app, ctx, cad, scan),
         Command::Go(step) => go(app, step),
         Command::Cancel => cancel(app),
-        Command::Run => run(app, ctx),
+        Command::Run => run(app, ctx, None),
+        Command::Replace(file) => run(app, ctx, Some(&file)),
         Command::Saved(path) => saved(app, path),
     }
 }
@@ -104,8 +107,8 @@ fn cancel(app: &mut App) {
     app.engineer.forget();
 }
 
-/// Saves the plan under its name; no other file is written over.
-fn run(app: &mut App, ctx: &egui::Context) {
+/// Saves the plan under its name; no other file is written over but the one that a person said so of.
+fn run(app: &mut App, ctx: &egui::Context, replaced: Option<&Path>) {
     let (Some(assistant), Some(editing)) = (&mut app.new_plan, &app.facts.editing) else { return };
     if assistant.writing.is_busy() {
         return;
@@ -114,10 +117,12 @@ fn run(app: &mut App, ctx: &egui::Context) {
         Err(fault) => assistant.fault = Some(format!("{fault}; {}", fault.help())),
         Ok(mut document) => {
             assistant.fault = None;
+            assistant.taken = None;
             let draft = editing.document.path().to_path_buf();
+            let overwrite = if replaced == Some(document.path()) { Overwrite::Anything } else { Overwrite::Own };
             assistant.writing.start(ctx, move || {
                 let path = document.path().to_path_buf();
-                match save_plan(&mut document, Overwrite::Own) {
+                match save_plan(&mut document, overwrite) {
                     Ok(()) => {
                         discard_autosave(&draft);
                         Ok(path)

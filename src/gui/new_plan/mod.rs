@@ -43,6 +43,8 @@ pub struct Assistant {
     asking: bool,
     /// Why the plan could not be made or saved.
     fault: Option<String>,
+    /// Another file lies under the plan's name, which was this one.
+    taken: Option<PathBuf>,
     /// The plan on its way to the disk; an error without words: another file lies there.
     writing: Later<Result<PathBuf, Option<String>>>,
     /// A scan that was named is looked at as soon as its CAD is known.
@@ -107,7 +109,10 @@ impl Assistant {
         match self.writing.poll()? {
             Ok(Ok(path)) => return Some(path),
             Ok(Err(Some(fault))) => self.fault = Some(fault),
-            Ok(Err(None)) => self.fault = Some(words.text("new_plan.file_taken").to_owned()),
+            Ok(Err(None)) => {
+                self.taken = Some(self.entries.plan_file());
+                self.fault = Some(words.text("new_plan.file_taken").to_owned());
+            }
             Err(_) => self.fault = Some(words.text("new_plan.not_saved").to_owned()),
         }
         None

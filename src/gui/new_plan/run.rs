@@ -1,8 +1,9 @@
 //! Step 5: what `check` tells, what to expect, the plan's name and place; then the first run.
 
-use super::Assistant;
 use super::steps::{fault, note};
+use super::{Assistant, Command};
 use crate::diagnostic::Severity;
+use crate::gui::action::Action;
 use crate::gui::engineer::Editing;
 use crate::gui::fonts;
 use crate::gui::later::Asked;
@@ -17,8 +18,9 @@ use egui::{Align, Button, Grid, Layout, Rect, RichText, ScrollArea, TextEdit, Ui
 const FORM: f32 = 520.0;
 
 /// Draws the step.
-pub fn run_ui(ui: &mut Ui, body: Rect, scope: &Scope, assistant: &mut Assistant) {
-    let Some(editing) = scope.facts.editing.as_ref() else { return };
+pub fn run_ui(ui: &mut Ui, body: Rect, scope: &mut Scope, assistant: &mut Assistant) {
+    let facts = scope.facts;
+    let Some(editing) = facts.editing.as_ref() else { return };
     let inner = body.shrink2(vec2(16.0, 8.0));
     let narrow = inner.width() < 1.6 * FORM;
     let form = if narrow { inner } else { inner.with_max_x(inner.left() + FORM) };
@@ -51,7 +53,7 @@ fn title(ui: &mut Ui, text: &str) {
 }
 
 /// Name and place.
-fn names_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
+fn names_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &mut Scope) {
     let words = scope.words;
     title(ui, words.text("new_plan.name_and_place"));
     let entries = &mut assistant.entries;
@@ -85,10 +87,21 @@ fn names_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
     if assistant.dialog.failed {
         note(ui, words.text("tables.no_dialog"), scope.theme);
     }
+    replace_ui(ui, assistant, scope);
     ui.add_space(4.0);
     let scan = assistant.entries.scan.file();
     let scan = scan.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     note(ui, &words.fill("new_plan.run_note", &[("scan", &scan)]), scope.theme);
+}
+
+/// Another file lies under that name: it is replaced when a person says so, and only that one.
+fn replace_ui(ui: &mut Ui, assistant: &Assistant, scope: &mut Scope) {
+    let Some(taken) = assistant.taken.clone().filter(|taken| *taken == assistant.entries.plan_file()) else { return };
+    let name = taken.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let text = scope.words.fill("new_plan.replace", &[("file", &name)]);
+    if ui.add(Button::new(text).min_size(vec2(0.0, 32.0))).clicked() {
+        scope.ask(Action::NewPlan(Command::Replace(taken)));
+    }
 }
 
 /// What `check` tells, as it is told on the command line.

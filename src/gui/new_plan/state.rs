@@ -5,7 +5,7 @@ use crate::geometry::LengthUnit;
 use crate::gui::scene::content::MapContent;
 use crate::gui::text::typed_number;
 use crate::plan::CadSide;
-use crate::plan::document::{Document, EditError, FieldValue, List, NewPlan};
+use crate::plan::document::{Document, EditError, FieldValue, List, NewPlan, seen_from};
 use crate::worker::first_look::{CadLook, ScanLook};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -273,16 +273,6 @@ const SETTINGS: [(&str, &str); 7] = [
     ("scans", "pattern"),
     ("scans", "unit"),
 ];
-
-/// A path as a plan in a folder names it: relative where it lies below that folder, else whole.
-fn seen_from(folder: &Path, path: &Path) -> String {
-    let below = path.strip_prefix(folder).ok().filter(|_| !folder.as_os_str().is_empty());
-    match below {
-        Some(below) if below.as_os_str().is_empty() => ".".to_owned(),
-        Some(below) => below.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/"),
-        None => path.display().to_string(),
-    }
-}
 
 #[cfg(test)]
 mod tests {

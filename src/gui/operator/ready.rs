@@ -3,20 +3,39 @@
 
 use super::worst::{Row, RowSign, rows_ui};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::gui::NewPlanCommand as Command;
+use crate::gui::action::Action;
+use crate::gui::facts::Job;
 use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::theme::size;
+use crate::gui::widgets::buttons::{self, Weight};
 use crate::gui::widgets::{cards, sign, words};
 use crate::report::words::capital;
 use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 
 /// Draws the card.
-pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
+pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &mut Scope) {
     cards::card(ui, place, scope.theme);
     if scope.facts.problems.is_empty() {
         rows_ui(ui, place, scope.words.text("operator.before"), rows, &checks(scope), scope.theme);
     } else {
         problems_ui(ui, place, scope);
+    }
+    if matches!(scope.facts.job, Job::Idle) {
+        new_plan_ui(ui, place, scope);
+    }
+}
+
+/// The way to a plan for another part; the engineer's password stands before it.
+fn new_plan_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
+    let text = scope.words.text("bar.new_plan");
+    let wide = words::width(ui, text, fonts::regular(size::BAR)) + 40.0;
+    let corner = pos2(place.right() - 16.0, place.top() + 6.0);
+    let at = Rect::from_min_max(pos2(corner.x - wide, corner.y), pos2(corner.x, corner.y + 32.0));
+    let font = fonts::regular(size::BAR);
+    if buttons::with_words(ui, "new plan", at, Weight::Quiet, text, font, scope.theme).clicked() {
+        scope.ask(Action::NewPlan(Command::Start { cad: None, scan: None }));
     }
 }
 

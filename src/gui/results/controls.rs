@@ -2,12 +2,15 @@
 
 use super::ResultsView;
 use super::views::{Content, Labels};
+use crate::gui::action::Action;
+use crate::gui::engineer::Edit;
 use crate::gui::fonts;
 use crate::gui::scene::content::Shown;
 use crate::gui::scene::renderer::Layer;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::size;
+use crate::plan::document::{Document, FORM, FieldValue};
 use crate::report::palette::Palette;
 use egui::{Align, Button, Layout, Popup, Rect, RichText, Role, Stroke, Ui, WidgetInfo, pos2, vec2};
 
@@ -115,7 +118,7 @@ pub fn picture_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, words: &Words) 
 }
 
 /// Range, bands and palette of this view, under the legend.
-pub fn scale_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &Scope) {
+pub fn scale_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &mut Scope) {
     let words = scope.words;
     let place = Rect::from_min_max(pos2(at.left() + 80.0, at.bottom() - 38.0), at.max - vec2(10.0, 8.0));
     let builder = egui::UiBuilder::new().max_rect(place).layout(Layout::right_to_left(Align::Center));
@@ -138,7 +141,29 @@ pub fn scale_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &Scope) {
             ui.data_mut(|d| d.remove_temp::<String>(id));
         }
         ui.label(small(words.text("results.range")));
+        keep_ui(ui, view.scale.range_mm, scope);
     });
+}
+
+/// Puts the range into the plan that is edited, where it has another one.
+fn keep_ui(ui: &mut Ui, range_mm: f64, scope: &mut Scope) {
+    let facts = scope.facts;
+    let editing = facts.editing.as_ref().filter(|_| scope.lock.is_open(scope.now));
+    let Some(edit) = editing.and_then(|editing| to_keep(&editing.document, range_mm)) else { return };
+    let text = scope.words.text("results.keep_in_plan");
+    let room = crate::gui::widgets::words::width(ui, text, fonts::regular(size::TABLE)) + 20.0;
+    if ui.available_width() > room && ui.add(Button::new(small(text))).clicked() {
+        scope.ask(Action::Edit(edit));
+    }
+}
+
+/// The edit that keeps a range; `None` where the plan has it already.
+fn to_keep(document: &Document, range_mm: f64) -> Option<Edit> {
+    let (table, key) = ("output", "map_range_mm");
+    let by_default = || FORM.iter().find(|s| (s.table, s.key) == (table, key)).and_then(|s| s.left_out.value());
+    let value = FieldValue::Number(range_mm);
+    let now = document.setting(table, key).or_else(by_default);
+    (now.as_ref() != Some(&value)).then(|| Edit::SetSetting(table.to_owned(), key.to_owned(), value))
 }
 
 fn bands_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
@@ -176,4 +201,25 @@ fn palette_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
             }
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_is_kept_where_the_plan_has_another_one() {
+        let of = |text: &str| Document::from_bytes(text.as_bytes(), std::path::Path::new("plan.toml")).unwrap();
+        let kept = |text: &str, mm| match to_keep(&of(text), mm) {
+            Some(Edit::SetSetting(table, key, FieldValue::Number(mm))) => Some((table, key, mm)),
+            None => None,
+            Some(other) => panic!("{other:?}"),
+        };
+        let wide = "[output]\nmap_range_mm = 0.5\n";
+        assert_eq!(kept(wide, 0.5), None);
+        assert_eq!(kept(wide, 0.75), Some(("output".to_owned(), "map_range_mm".to_owned(), 0.75)));
+        // A plan that says nothing has a range, too.
+        assert_eq!(kept("schema = 1\n", 1.0), None);
+        assert!(kept("schema = 1\n", 2.0).is_some());
+    }
 }

@@ -83,7 +83,8 @@ pub fn section_ui(
     write::line(ui, title, Align2::LEFT_CENTER, &said, fonts::semibold(size::NOTE), theme.text);
     if let Some(section) = section {
         let inside = Rect::from_min_max(pos2(at.left(), title.bottom()), at.max).shrink(2.0);
-        let scale = Scale { middle: inside.center(), px_per_mm: 0.5 * inside.width() / frame.reach_mm as f32 };
+        let px_per_mm = 0.5 * inside.width() / frame.reach_mm as f32;
+        let scale = Scale { middle: inside.center(), px_per_mm, rise: rise(point, inside.height(), px_per_mm) };
         paint(ui, inside, section, &frame, point, &scale, theme);
         paint_words(ui, inside, &frame, point, &scale, (words, theme));
     }
@@ -93,12 +94,26 @@ pub fn section_ui(
 struct Scale {
     middle: Pos2,
     px_per_mm: f32,
+    /// How many times higher heights are drawn.
+    rise: f32,
 }
 
 impl Scale {
     fn pos(&self, [x, y]: [f32; 2]) -> Pos2 {
-        self.middle + vec2(x * self.px_per_mm, -y * self.px_per_mm)
+        self.middle + vec2(x * self.px_per_mm, -y * self.px_per_mm * self.rise)
     }
+}
+
+/// How many times higher the heights of a surface point are drawn, so that its deviation and its limits can be seen: the largest of
+/// some factors with which they stay within a quarter of the picture's height about its middle.
+fn rise(point: &PointResult, height: f32, px_per_mm: f32) -> f32 {
+    const FACTORS: [f32; 4] = [20.0, 10.0, 5.0, 2.0];
+    if point.kind != "surface" {
+        return 1.0;
+    }
+    let deviation = point.measurement.as_ref().map_or(0.0, |m| m.deviation_mm.abs());
+    let largest = deviation.max(point.lower_mm.abs()).max(point.upper_mm.abs()) as f32;
+    FACTORS.into_iter().find(|factor| factor * largest * px_per_mm <= 0.25 * height).unwrap_or(1.0)
 }
 
 fn paint(ui: &Ui, inside: Rect, section: &Section, frame: &Frame, point: &PointResult, scale: &Scale, theme: &Theme) {
@@ -176,6 +191,12 @@ fn paint_words(
         let place = Rect::from_center_size(pos2(x + 22.0 + 0.5 * wide, y), vec2(wide, 16.0));
         write::line(ui, place, Align2::LEFT_CENTER, text, font.clone(), theme.text);
         x = place.right() + 12.0;
+    }
+    if scale.rise > 1.0 {
+        let text = words.fill("results.section_heights", &[("n", &words.number(f64::from(scale.rise), 0))]);
+        let wide = write::width(ui, &text, font.clone()) + 2.0;
+        let place = Rect::from_center_size(pos2(x + 0.5 * wide, y), vec2(wide, 16.0));
+        write::line(ui, place, Align2::LEFT_CENTER, &text, font.clone(), theme.quiet);
     }
     let long_mm = if frame.reach_mm > 12.0 { 5.0 } else { 1.0 };
     let right = inside.right() - 8.0;

@@ -50,7 +50,7 @@ pub use import::{Import, ImportedRow, Rest, RowChange};
 pub use keys::{LISTED_KEYS, SETTINGS};
 pub use layout::Layout;
 pub use mirror::{Axis, MirrorNames, MirrorPlane};
-pub use new_plan::NewPlan;
+pub use new_plan::{NewPlan, seen_from};
 pub use places::{At, Place, PlanProblem};
 pub use revision::Revision;
 pub use settings::FieldValue;

@@ -87,3 +87,13 @@ impl Document {
         Ok(document)
     }
 }
+
+/// A path as a plan in a folder names it: relative where it lies below that folder, else whole.
+pub fn seen_from(folder: &Path, path: &Path) -> String {
+    let below = path.strip_prefix(folder).ok().filter(|_| !folder.as_os_str().is_empty());
+    match below {
+        Some(below) if below.as_os_str().is_empty() => ".".to_owned(),
+        Some(below) => below.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/"),
+        None => path.display().to_string(),
+    }
+}

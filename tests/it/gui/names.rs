@@ -28,7 +28,7 @@ pub(super) fn assert_all_named(window: &mut Window, what: &str) {
 
 /// The same of what is shown now.
 #[track_caller]
-fn assert_shown_named(window: &Window, what: &str) {
+pub(super) fn assert_shown_named(window: &Window, what: &str) {
     let controls: Vec<_> = window.harness.query_all(By::new().predicate(is_control)).collect();
     // The bar alone has more than a handful.
     assert!(controls.len() > 5, "{what}: {} controls", controls.len());
@@ -74,4 +74,41 @@ fn menus_dialogs_and_messages_have_names() {
     window.wait("the end", |app| app.facts().last_end.is_some());
     assert!(window.shows("Got it"));
     assert_shown_named(&window, "a message");
+}
+
+#[test]
+fn every_control_of_the_engineers_screen_has_a_name() {
+    let project = Project::new();
+    let mut window = super::engineer::unlocked(&project, &super::engineer::Forward::default());
+    window.wait("the plan is checked", super::engineer::checked);
+    for section in [
+        "Part",
+        "CAD",
+        "Scans",
+        "Background",
+        "Alignment",
+        "Comparison points",
+        "Measuring rig",
+        "Uncertainty",
+        "Output",
+    ] {
+        window.click(section);
+        assert_shown_named(&window, section);
+        // What names a file or folder can be chosen with the system's dialog.
+        let files = match section {
+            "CAD" => Some("CAD file: Choose…"),
+            "Scans" => Some("Scan folder: Choose…"),
+            "Output" => Some("Results folder: Choose…"),
+            _ => None,
+        };
+        assert!(files.is_none_or(|button| window.shows(button)), "{section}");
+    }
+    for dialog in ["Tolerances…", "Mirror…", "CSV…"] {
+        window.click(dialog);
+        assert_shown_named(&window, dialog);
+        window.harness.key_press(egui::Key::Escape);
+        window.harness.run_steps(2);
+    }
+    window.click("Lock now");
+    assert_shown_named(&window, "the lock");
 }

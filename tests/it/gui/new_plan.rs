@@ -36,8 +36,10 @@ fn five_steps_lead_from_a_cad_and_a_scan_to_a_verdict() {
     let project = Project::new();
     folders(&project);
     let mut window = window(&project);
-    window.click("Open…");
+    window.ask(Action::Show(Screen::Operator));
+    window.harness.run_steps(2);
     window.click("New plan…");
+    names::assert_shown_named(&window, "step 1");
     assert!(window.says("A CAD file is missing") && window.shows("The CAD appears here"));
     window.retype("File of the CAD", &project.path("new/part.stl").display().to_string());
     window.click("Read");
@@ -48,7 +50,9 @@ fn five_steps_lead_from_a_cad_and_a_scan_to_a_verdict() {
     window.retype("File of the scan", &project.path("new/scans/1.ply").display().to_string());
     window.click("Read");
     window.wait_until("the belt is told", |window| window.says("found, scatter"));
+    names::assert_shown_named(&window, "step 2");
     window.click("Next");
+    names::assert_shown_named(&window, "step 3");
     assert!(window.says("The thickness of the sheet is missing"));
     window.retype("Thickness of the sheet", "1,2");
     assert!(window.says("Choose where the CAD's surface lies"));
@@ -77,7 +81,13 @@ fn five_steps_lead_from_a_cad_and_a_scan_to_a_verdict() {
     assert!(problems.iter().all(|p| p.diagnostic.severity != shapeline::diagnostic::Severity::Error), "{problems:?}");
     assert!(window.says("Before anything is measured"));
     window.retype("Name of the part", "Bracket new");
+    names::assert_shown_named(&window, "step 5");
+    // A file of that name is replaced when somebody says so, and not before.
+    project.write("new/Bracket new.toml", b"# of somebody else\n");
     window.click("Save and run");
+    window.until_shown("Replace Bracket new.toml");
+    assert_eq!(project.read("new/Bracket new.toml"), b"# of somebody else\n");
+    window.click("Replace Bracket new.toml");
     window.wait("the verdict", |app| app.facts().last_end.is_some() && !app.facts().parts.is_empty());
     let plan = project.path("new/Bracket new.toml");
     assert_eq!(window.app().facts().plan_path, Some(plan.clone()));
