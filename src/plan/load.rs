@@ -175,7 +175,7 @@ fn tell_missing_files(cad: Option<&CadRead>, scans: Option<&(ScanSettings, usize
     }
 }
 
-fn schema(root: &TableReader<'_>) {
+pub(super) fn schema(root: &TableReader<'_>) {
     const ANY: NumberRule = NumberRule { expected: "1", accepts: |_| true };
     let entry = root.required("schema", "schema = 1", "write schema = 1 above the first table");
     if let Some(entry) = entry
@@ -236,7 +236,7 @@ fn comparison(root: &TableReader<'_>, folder: &Path) -> (Vec<ComparisonPoint>, V
 }
 
 /// The bytes of a file, or the problem; never more than the cap is read.
-fn read_capped(path: &Path, cap: u64, what: &str) -> Result<Vec<u8>, Box<Diagnostic>> {
+pub(super) fn read_capped(path: &Path, cap: u64, what: &str) -> Result<Vec<u8>, Box<Diagnostic>> {
     let unreadable = |fault: std::io::Error| {
         let help = match fault.kind() {
             std::io::ErrorKind::NotFound => "check name and folder",

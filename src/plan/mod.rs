@@ -11,6 +11,7 @@ mod comparison_file;
 pub mod document;
 pub mod expected;
 mod load;
+pub mod merge;
 pub mod model;
 pub mod nominal;
 mod notation;

@@ -58,6 +58,11 @@ impl<'a> TableReader<'a> {
         self.problems
     }
 
+    /// Whether there is no key in it.
+    pub fn is_empty(&self) -> bool {
+        self.table.is_empty()
+    }
+
     /// Renames the table in messages, once its own name is known.
     pub fn call(&mut self, place: String) {
         self.place = place;
@@ -164,7 +169,7 @@ impl<'a> TableReader<'a> {
         }
         for missing in self.missing.borrow().iter().filter(|m| !meant.contains(&m.key) && !self.is_lost(m.key)) {
             let label = if self.place.is_empty() { format!("[{}]", missing.key) } else { self.label(missing.key) };
-            let label = if missing.key == "schema" { missing.key.to_owned() } else { label };
+            let label = if ["schema", "unit"].contains(&missing.key) { self.label(missing.key) } else { label };
             let message = format!("{label}: found nothing, expected {}", missing.expected);
             let told = Diagnostic::error(message).at_line(self.line).at_key(missing.key);
             self.problems.add(told.with_help(missing.help.clone()));
@@ -334,6 +339,40 @@ impl<'r> Entry<'r> {
             }
         }
         Some(numbers)
+    }
+
+    /// One text, or the texts of a list that is not empty; `expected` in words.
+    pub fn texts(&self, expected: &str, example: &str) -> Option<Vec<&'r str>> {
+        if let Some(text) = self.item.as_str() {
+            return Some(vec![text]);
+        }
+        let values = self.list(expected, example)?;
+        let texts: Option<Vec<&str>> = values.iter().map(|value| value.as_str()).collect();
+        let texts = texts.filter(|texts| !texts.is_empty());
+        if texts.is_none() {
+            let found = values.iter().find(|value| value.as_str().is_none());
+            let found = found
+                .map_or_else(|| "an empty list".to_owned(), |value| format!("{} in the list", describe_value(value)));
+            self.wrong(format!("found {found}, expected {expected}"), format!("write it such as {example}"));
+        }
+        texts
+    }
+
+    /// A table written as the value of the key, such as `{ min = 0.002 }`; `expected` in words.
+    pub fn table(&self, expected: &str, example: &str) -> Option<TableReader<'r>> {
+        let reader = self.reader;
+        match self.item.as_table_like() {
+            Some(table) => {
+                Some(TableReader::new(table, reader.label(self.key), self.line, reader.places, reader.problems))
+            }
+            None => {
+                self.wrong(
+                    format!("found {}, expected {expected}", self.found()),
+                    format!("write it such as {example}"),
+                );
+                None
+            }
+        }
     }
 
     /// The values of a list; `expected` in words.

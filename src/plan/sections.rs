@@ -187,7 +187,7 @@ pub(super) fn scans_left_out(folder: &Path) -> ScanSettings {
     }
 }
 
-fn scan_pattern(table: &TableReader<'_>) -> Option<String> {
+pub(super) fn scan_pattern(table: &TableReader<'_>) -> Option<String> {
     let Some(entry) = table.optional("pattern") else { return Some("*.ply".to_owned()) };
     let text = entry.text()?;
     if text.is_empty() || text.chars().any(|c| c.is_control() || c == '/' || c == '\\') {

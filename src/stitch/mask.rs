@@ -1,24 +1,7 @@
 //! Masks: points of which some metric is out of bounds are left out.
 
 use super::metric::Metric;
-
-/// Bounds of one metric; points outside are left out, and so are those of which it is no number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mask {
-    /// Of what.
-    pub metric: Metric,
-    /// Least value that is kept; minus infinity where there is none.
-    pub min: f64,
-    /// Largest value that is kept.
-    pub max: f64,
-}
-
-impl Mask {
-    /// Whether a value is within bounds.
-    pub fn keeps(&self, value: f32) -> bool {
-        (self.min..=self.max).contains(&f64::from(value))
-    }
-}
+pub use crate::plan::merge::Mask;
 
 /// Which points all masks keep, and how many each mask leaves out by itself. `column` gives the values of a metric, one for each of
 /// `count` points.
