@@ -11,6 +11,7 @@ mod datum;
 pub mod demo;
 pub mod displacement;
 mod drawn;
+pub mod endoscope;
 pub mod field;
 pub mod files;
 pub mod forming;
