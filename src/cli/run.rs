@@ -116,6 +116,8 @@ impl Screen {
                     CacheUse::Loaded | CacheUse::NotWanted => {}
                 }
             }
+            // Told as a problem, too.
+            Event::Listed(_) | Event::Lost { .. } => {}
             Event::Started { index, of, scan, .. } => self.begin(index, of, &scan),
             Event::Stage(stage) => {
                 if let Some(bar) = &self.bar {

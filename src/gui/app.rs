@@ -12,11 +12,12 @@ use super::operator;
 use super::picture::Painter;
 use super::results::{self, ResultsView};
 use super::scope::{Scope, ViewState};
-use super::settings::Settings;
+use super::settings::{Counted, Settings};
 use super::text::Words;
 use super::theme::Theme;
 use super::{bar, dialog, fonts, hear, help, keys, messages, perform};
 use crate::diagnostic::Diagnostic;
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 /// What a window is opened with.
@@ -46,6 +47,10 @@ pub struct App {
     pub(super) desk: Desk,
     /// The plan that is to be read again when the sequence has ended.
     pub(super) reload: Option<PathBuf>,
+    /// The watch that was stopped for that goes on by the new plan.
+    pub(super) resume_watch: bool,
+    /// The scans of this shift by name and content, each with what it counts as.
+    pub(super) counted: HashMap<(String, String), Counted>,
     /// A plan in the making.
     pub(super) new_plan: Option<Assistant>,
     /// The scan to be inspected as soon as a plan that was just made is open.
@@ -77,6 +82,8 @@ impl App {
             lock: Lock::default(),
             desk,
             reload: None,
+            resume_watch: false,
+            counted: HashMap::new(),
             new_plan: None,
             first_scan: None,
             pictures: Painter::start(ctx),

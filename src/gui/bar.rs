@@ -137,6 +137,27 @@ fn row(ui: &mut Ui, chosen: bool, text: &str) -> bool {
     ui.add(button).clicked()
 }
 
+/// Counts that are put to zero do not come back: a second press says that it was meant.
+fn new_shift_ui(ui: &mut Ui, scope: &mut Scope) {
+    let id = egui::Id::unique("new shift");
+    let asked = ui.data(|d| d.get_temp::<Option<std::time::Instant>>(id)).flatten();
+    let asked = asked.is_some_and(|at| scope.now.saturating_duration_since(at) < SURE);
+    let key = if asked { "view.new_shift_sure" } else { "view.new_shift" };
+    if !row(ui, asked, scope.words.text(key)) {
+        return;
+    }
+    if asked || scope.settings.shift.total() == 0 {
+        ui.data_mut(|d| d.insert_temp(id, None::<std::time::Instant>));
+        scope.ask(Action::NewShift);
+    } else {
+        ui.data_mut(|d| d.insert_temp(id, Some(scope.now)));
+        ui.ctx().request_repaint_after(SURE);
+    }
+}
+
+/// How long a question in a menu stands.
+const SURE: std::time::Duration = std::time::Duration::from_secs(5);
+
 fn open_menu_ui(ui: &mut Ui, scope: &mut Scope) {
     let words = scope.words;
     if row(ui, false, words.text("bar.open_plan")) {
@@ -194,9 +215,7 @@ fn view_menu_ui(ui: &mut Ui, scope: &mut Scope) {
     }
     ui.separator();
     takt_ui(ui, scope);
-    if row(ui, false, words.text("view.new_shift")) {
-        scope.ask(Action::NewShift);
-    }
+    new_shift_ui(ui, scope);
     if row(ui, false, words.text("view.full_screen")) {
         scope.ask(Action::FullScreen);
     }

@@ -83,7 +83,7 @@ pub(super) fn dropped(ctx: &egui::Context, fresh: bool, actions: &mut Vec<Action
 }
 
 /// What to do with files, told by their endings: one plan, a CAD to make one of, or else scans.
-fn for_files(files: Vec<PathBuf>, fresh: bool) -> Action {
+pub(super) fn for_files(files: Vec<PathBuf>, fresh: bool) -> Action {
     let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     if let Some(plan) = files.iter().find(|path| ending(path) == "toml") {
         return Action::Open(plan.clone());

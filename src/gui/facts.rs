@@ -153,8 +153,8 @@ pub enum Job {
 pub struct Troubles {
     /// The scan folder cannot be reached.
     pub folder: Option<Diagnostic>,
-    /// Results cannot be written.
-    pub results: Option<Diagnostic>,
+    /// Results cannot be written: the first scan that waits for it, and why.
+    pub results: Option<(PathBuf, Diagnostic)>,
     /// A scan is in sight but not whole.
     pub waiting: Option<(PathBuf, Diagnostic)>,
 }
@@ -180,6 +180,12 @@ pub struct Facts {
     pub troubles: Troubles,
     /// How the last sequence ended.
     pub last_end: Option<SequenceSummary>,
+    /// Place in `parts` of the first part of the run at hand, or of the last one.
+    pub run_from: usize,
+    /// What that run told of plan, CAD and folders.
+    pub run_problems: Vec<Diagnostic>,
+    /// Scans that it left when it was stopped.
+    pub left_over: usize,
     /// The plan as it is edited, once the engineer has opened it.
     pub editing: Option<Editing>,
     /// A message that nobody put away yet.
@@ -195,12 +201,27 @@ impl Facts {
         }
     }
 
+    /// The part that the verdict is about: the newest of the run at hand or of the last one, as long as the plan is the one that it was held to.
+    /// What an earlier run or another plan said is no verdict of now.
+    pub fn judged(&self) -> Option<&Arc<FinishedPart>> {
+        let plan = self.plan.as_ref()?;
+        let newest = self.parts.get(self.run_from..)?.last()?;
+        (newest.plan.sha256 == plan.sha256 && self.troubles.results.is_none()).then_some(newest)
+    }
+
+    /// Why the last run ended without a part.
+    pub fn failure(&self) -> Option<&Diagnostic> {
+        let end = self.last_end.as_ref().filter(|_| self.running().is_none() && self.run_from >= self.parts.len())?;
+        end.error.as_ref()
+    }
+
     /// Adds a part, and lets go of the points of the oldest ones when there are too many. The newest always keeps its own.
     /// Returns whether the very oldest part was forgotten, so that all places moved by one.
     pub fn push_part(&mut self, part: FinishedPart) -> bool {
         let forgotten = self.parts.len() >= MOST_PARTS;
         if forgotten {
             self.parts.remove(0);
+            self.run_from = self.run_from.saturating_sub(1);
         }
         self.parts.push(Arc::new(part));
         self.let_go(self.parts.len() - 1);

@@ -5,12 +5,12 @@ use super::app::App;
 use super::bridge::{Event, Opened, Scans};
 use super::engineer;
 use super::facts::{FinishedPart, Job, RunningScan, Troubles};
-use super::settings::ShiftCounts;
+use super::settings::Counted;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::inspect::{Inspected, InspectionResult, Outcome, Verdict};
+use crate::inspect::{Inspected, InspectionResult};
 use crate::run::Stage;
 use crate::worker::{self, SequenceSummary};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -23,10 +23,20 @@ pub(super) fn event(app: &mut App, event: Event) {
         Event::Ended(summary, scans) => ended(app, summary, scans),
         Event::Fetched { at, inspected, took } => fetched(app, at, *inspected, took),
         Event::Tried { version, trial } => tried(app, version, trial),
-        Event::Failed(fault) => {
-            app.facts.job = Job::Idle;
-            app.facts.message = Some(fault);
-        }
+        Event::Failed(fault) => failed(app, fault),
+    }
+}
+
+/// A job was given up because of a fault; a run ends with it.
+fn failed(app: &mut App, fault: Diagnostic) {
+    let was_running = app.facts.running().is_some();
+    app.facts.job = Job::Idle;
+    app.facts.troubles = Troubles::default();
+    app.facts.message = Some(fault.clone());
+    if was_running {
+        // What was judged before the fault is no verdict of the part at hand.
+        app.facts.run_from = app.facts.parts.len();
+        app.facts.last_end = Some(SequenceSummary { error: Some(fault), ..SequenceSummary::default() });
     }
 }
 
@@ -43,7 +53,8 @@ fn enter(app: &mut App, stage: Stage) {
 }
 
 fn opened(app: &mut App, opened: Opened) {
-    if opened.found {
+    // What is no plan at all is not offered again.
+    if opened.found && (opened.plan.is_some() || opened.path.extension().is_some_and(|e| e == "toml")) {
         app.settings.remember(&opened.path);
         app.keep_settings();
     }
@@ -54,7 +65,13 @@ fn opened(app: &mut App, opened: Opened) {
     facts.part = opened.part;
     facts.problems = opened.problems;
     facts.scans = opened.scans;
+    facts.run_problems.clear();
+    facts.left_over = 0;
+    facts.last_end = facts.last_end.take().filter(|_| facts.judged().is_some());
     run_first_scan(app);
+    if std::mem::take(&mut app.resume_watch) && app.settings.watch {
+        app.ask(Action::Run);
+    }
 }
 
 /// A plan that was just made is open: its scan is inspected.
@@ -73,7 +90,14 @@ fn sequence(app: &mut App, event: worker::Event) {
             app.facts.plan = Some(plan);
             app.facts.part = Some(part);
         }
+        Told::Listed(scans) => {
+            if app.facts.running().is_some_and(|running| running.named.is_empty()) {
+                app.facts.scans = Some(Ok(scans));
+            }
+        }
+        Told::Lost { result, scan } => lost(app, result, scan),
         Told::Started { index, of, waiting, scan } => {
+            in_sight(app, &scan);
             app.facts.troubles.waiting.take_if(|(waiting, _)| *waiting == scan);
             if let Job::Running(running) = &mut app.facts.job {
                 running.of = of;
@@ -92,23 +116,39 @@ fn sequence(app: &mut App, event: worker::Event) {
         Told::FolderLost(why) => app.facts.troubles.folder = Some(why),
         Told::FolderBack => app.facts.troubles.folder = None,
         Told::ResultsLost(why) => {
-            app.facts.troubles.results = Some(why);
+            if let Job::Running(running) = &mut app.facts.job {
+                let scan = running.scan.as_ref().map(|scan| scan.path.clone()).unwrap_or_default();
+                running.waiting += 1;
+                app.facts.troubles.results = Some((scan, why));
+            }
             idle(app);
         }
         Told::ResultsBack => app.facts.troubles.results = None,
     }
 }
 
-/// Problems of plan and CAD stand in the list already, from when the plan was opened; others are news.
+/// What a run tells of plan, CAD and folders; what stands in the list since the plan was opened is no news.
 fn problems_told(app: &mut App, problems: Vec<Diagnostic>) {
+    let facts = &mut app.facts;
     for problem in problems {
-        if app.facts.problems.contains(&problem) {
-            continue;
+        if !facts.problems.contains(&problem) && !facts.run_problems.contains(&problem) {
+            if problem.severity == Severity::Error || facts.message.is_none() {
+                facts.message = Some(problem.clone());
+            }
         }
-        if problem.severity == Severity::Error || app.facts.message.is_none() {
-            app.facts.message = Some(problem.clone());
+        if !facts.run_problems.contains(&problem) {
+            facts.run_problems.push(problem);
         }
-        app.facts.problems.push(problem);
+    }
+}
+
+/// A scan of a watched folder is in sight.
+fn in_sight(app: &mut App, scan: &Path) {
+    if app.facts.running().is_some_and(|running| running.watch)
+        && let Some(Ok(scans)) = &mut app.facts.scans
+        && !scans.iter().any(|known| known == scan)
+    {
+        scans.push(scan.to_path_buf());
     }
 }
 
@@ -127,8 +167,7 @@ fn finished(
     files: Vec<PathBuf>,
     took: Duration,
 ) {
-    count(&mut app.settings.shift, &result.outcome);
-    app.facts.troubles.results = None;
+    count(app, &result);
     let (Some(plan), Some(part)) = (app.facts.plan.clone(), app.facts.part.clone()) else { return };
     let Job::Running(running) = &mut app.facts.job else { return };
     running.done += 1;
@@ -141,19 +180,39 @@ fn finished(
     }
 }
 
-fn count(shift: &mut ShiftCounts, outcome: &Outcome) {
-    match outcome {
-        Outcome::Refused(_) => shift.refused += 1,
-        Outcome::Measured(inspection) => match inspection.verdict {
-            Verdict::Pass => shift.pass += 1,
-            Verdict::Undecided => shift.undecided += 1,
-            Verdict::NotMeasured => shift.incomplete += 1,
-            Verdict::Fail => shift.fail += 1,
-        },
+/// A part that was looked at, but of which nothing is on the disk.
+fn lost(app: &mut App, result: Arc<InspectionResult>, scan: PathBuf) {
+    if let Job::Running(running) = &mut app.facts.job
+        && running.scan.is_none()
+    {
+        let index = running.done + 1;
+        running.scan = Some(RunningScan { index, path: scan, stage: None, since: Instant::now() });
     }
+    finished(app, result, None, Vec::new(), Duration::ZERO);
 }
 
-fn ended(app: &mut App, summary: SequenceSummary, scans: Option<Scans>) {
+/// Counts a part for the shift, once: who runs a sequence again has not made more parts.
+fn count(app: &mut App, result: &InspectionResult) {
+    let now = Counted::of(&result.outcome);
+    let id = &result.identity;
+    let before = id.scan_sha256.clone().and_then(|sha256| app.counted.insert((id.scan_file.clone(), sha256), now));
+    let shift = &mut app.settings.shift;
+    if let Some(before) = before {
+        let count = shift.count_mut(before);
+        *count = count.saturating_sub(1);
+    }
+    *shift.count_mut(now) += 1;
+    app.keep_settings();
+}
+
+fn ended(app: &mut App, mut summary: SequenceSummary, scans: Option<Scans>) {
+    let facts = &mut app.facts;
+    facts.left_over = facts.running().and_then(|r| r.of.map(|of| of.saturating_sub(r.done))).unwrap_or(0);
+    let nothing = summary.measured() + summary.refused + summary.unwritten == 0 && !summary.stopped;
+    if summary.error.is_none() && nothing {
+        // Problems of plan and CAD were told one by one.
+        summary.error = facts.run_problems.iter().find(|p| p.severity == Severity::Error).cloned();
+    }
     app.facts.job = Job::Idle;
     app.facts.scans = scans;
     app.facts.troubles = Troubles::default();

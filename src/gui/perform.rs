@@ -3,6 +3,7 @@
 use super::action::{Action, Screen};
 use super::app::App;
 use super::bridge;
+use super::dialog;
 use super::engineer;
 use super::facts::{Facts, Job, Running};
 use super::new_plan;
@@ -28,13 +29,24 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Fetch(at) => fetch(app, at),
         Action::Theme(choice) => {
             app.settings.theme = choice;
+            app.keep_settings();
             ctx.set_theme(choice.preference());
         }
-        Action::Scale(scale) => app.settings.scale = scale,
-        Action::Language(language) => app.settings.language = language,
+        Action::Scale(scale) => {
+            app.settings.scale = scale;
+            app.keep_settings();
+        }
+        Action::Language(language) => {
+            app.settings.language = language;
+            app.keep_settings();
+        }
         Action::Help(open) => app.view.help = open,
         Action::Takt(takt) => set_takt(app, takt),
-        Action::NewShift => app.settings.shift = Default::default(),
+        Action::NewShift => {
+            app.settings.shift = Default::default();
+            app.counted.clear();
+            app.keep_settings();
+        }
         Action::Dismiss => app.facts.message = None,
         Action::Edit(edit) => engineer::edit(app, &edit),
         Action::Engineer(command) => engineer::command(app, ctx, command),
@@ -77,6 +89,18 @@ fn open(app: &mut App, path: PathBuf) {
         return;
     }
     let path = std::path::absolute(&path).unwrap_or(path);
+    // What is at hand is not given up for a name that leads nowhere.
+    if app.facts.plan_path.is_some() && !path.is_file() {
+        let message = Diagnostic::warning("there is no such file").in_file(&path);
+        app.facts.message = Some(message.with_help("the plan at hand stays open; look for a slip in the path"));
+        app.view.typed_path = None;
+        return;
+    }
+    let other = dialog::for_files(vec![path.clone()], app.facts.plan_path.is_none());
+    if matches!(other, Action::NewPlan(_) | Action::Inspect(_)) {
+        app.view.typed_path = None;
+        return app.ask(other);
+    }
     if app.facts.editing.as_ref().is_some_and(|editing| editing.document.is_modified()) {
         app.view.typed_path = None;
         app.view.leaving = Some(Action::Open(path));
@@ -113,7 +137,22 @@ pub(super) fn may_run(facts: &Facts) -> Result<&Path, &'static str> {
 
 /// Runs the scans named; none = all of the plan, or its folder watched.
 fn run(app: &mut App, scans: Vec<PathBuf>) {
-    let Ok(path) = may_run(&app.facts).map(Path::to_path_buf) else { return };
+    let path = match may_run(&app.facts) {
+        Ok(path) => path.to_path_buf(),
+        Err("operator.running_already" | "operator.not_while_opening") => return,
+        // It may have been mended meanwhile.
+        Err("operator.plan_has_errors") if scans.is_empty() => {
+            return match app.facts.plan_path.clone() {
+                Some(path) => engineer::reload(app, path),
+                None => {}
+            };
+        }
+        Err(why) => {
+            let why = super::text::Words::of(app.settings.language).text(why);
+            app.facts.message = Some(Diagnostic::warning(why));
+            return;
+        }
+    };
     let watch = app.settings.watch && scans.is_empty();
     let of = match &app.facts.scans {
         _ if !scans.is_empty() => Some(scans.len()),
@@ -125,6 +164,9 @@ fn run(app: &mut App, scans: Vec<PathBuf>) {
     let request = SequenceRequest { plan_path: path, scans, watch: watched, ..SequenceRequest::default() };
     app.facts.message = None;
     app.facts.last_end = None;
+    app.facts.run_from = app.facts.parts.len();
+    app.facts.run_problems.clear();
+    app.facts.left_over = 0;
     let waiting = of.unwrap_or(0);
     let since = Instant::now();
     app.facts.job =
@@ -175,5 +217,6 @@ fn set_takt(app: &mut App, takt: Option<f64>) {
     let Some(path) = &app.facts.plan_path else { return };
     if let Some(recent) = app.settings.recent.iter_mut().find(|r| r.path == *path) {
         recent.takt_s = takt.filter(|t| t.is_finite() && *t > 0.0);
+        app.keep_settings();
     }
 }

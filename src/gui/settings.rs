@@ -1,6 +1,7 @@
 //! What the window keeps from one start to the next: a TOML file of its own in the user's configuration folder.
 
 use super::text::Language;
+use crate::inspect::{Outcome, Verdict};
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, Item, Table, value};
 
@@ -79,7 +80,48 @@ pub struct ShiftCounts {
     pub refused: usize,
 }
 
+/// As what a part is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counted {
+    /// Good.
+    Pass,
+    /// Bad.
+    Fail,
+    /// Nothing can be said of it.
+    Undecided,
+    /// A point of it was not measured.
+    Incomplete,
+    /// Its scan was refused.
+    Refused,
+}
+
+impl Counted {
+    /// What came of a part.
+    pub fn of(outcome: &Outcome) -> Self {
+        match outcome {
+            Outcome::Refused(_) => Counted::Refused,
+            Outcome::Measured(inspection) => match inspection.verdict {
+                Verdict::Pass => Counted::Pass,
+                Verdict::Undecided => Counted::Undecided,
+                Verdict::NotMeasured => Counted::Incomplete,
+                Verdict::Fail => Counted::Fail,
+            },
+        }
+    }
+}
+
 impl ShiftCounts {
+    /// The count of a kind.
+    pub fn count_mut(&mut self, kind: Counted) -> &mut usize {
+        match kind {
+            Counted::Pass => &mut self.pass,
+            Counted::Fail => &mut self.fail,
+            Counted::Undecided => &mut self.undecided,
+            Counted::Incomplete => &mut self.incomplete,
+            Counted::Refused => &mut self.refused,
+        }
+    }
+
     /// All of them.
     pub fn total(&self) -> usize {
         self.pass + self.fail + self.undecided + self.incomplete + self.refused

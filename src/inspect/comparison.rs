@@ -128,9 +128,13 @@ fn measure_point(
     (result, value.warning)
 }
 
+/// How far from its nominal place a point is looked for, mm.
+pub(super) fn search_mm(point: &ComparisonPoint) -> f64 {
+    (point.lower_mm.abs().max(point.upper_mm.abs()) + SEARCH_BEYOND_TOLERANCE_MM).min(MOST_SEARCH_MM)
+}
+
 fn measure_value(local: &Local, point: &ComparisonPoint, card: &mut Card) -> Result<Value, NotFound> {
-    let wanted_mm = point.lower_mm.abs().max(point.upper_mm.abs()) + SEARCH_BEYOND_TOLERANCE_MM;
-    let search_mm = wanted_mm.min(MOST_SEARCH_MM);
+    let search_mm = search_mm(point);
     match &point.geometry {
         Geometry::Surface { position, direction } => {
             let found = measure::surface_with_card(local, position, direction, search_mm, &point.surface_fit, card)?;

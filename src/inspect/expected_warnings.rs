@@ -1,17 +1,18 @@
 //! Warnings of a plan by what can be expected of it: tolerances that nobody can judge, windows and regions with too few points, a slot's
 //! axis that turns the part.
 
+use super::comparison::search_mm;
 use super::expected::{ExpectedU, Figures, Outlook, error_mm, pose};
 use crate::align::{REGION_LEAST_POINTS, region_places};
 use crate::diagnostic::Diagnostic;
-use crate::measure::surface;
-use crate::plan::expected::{Expected, OpeningStd};
+use crate::measure::{edge_length_mm, surface};
+use crate::plan::expected::{Expected, OpeningStd, point_spacing_mm};
 use crate::plan::{AlignmentMethod, ComparisonPoint, FitRegion, Geometry, Side, SlotReading, UncertaintySettings};
 use std::path::Path;
 
 /// All of them but that of the slot's axis, which has a place of its own.
 pub fn expected_warnings(outlook: &Outlook) -> Vec<Diagnostic> {
-    tolerance_warnings(outlook).into_iter().chain(window_warnings(outlook)).collect()
+    tolerance_warnings(outlook).into_iter().chain(window_warnings(outlook)).chain(edge_warnings(outlook)).collect()
 }
 
 /// What most of an expected uncertainty is due to.
@@ -189,6 +190,29 @@ fn window_warnings(outlook: &Outlook) -> Vec<Diagnostic> {
     outlook.comparison.iter().filter_map(window).collect()
 }
 
+/// Warns of edge points where the CAD's edge turns or meets another one too soon for points as far apart as the rig's: no scan will
+/// tell them.
+fn edge_warnings(outlook: &Outlook) -> Vec<Diagnostic> {
+    let Some(part) = outlook.part else { return Vec::new() };
+    let spacing_mm = point_spacing_mm(outlook.rig);
+    let source = if outlook.rig.is_some() { "by [rig]" } else { "without [rig]" };
+    let warning = |point: &ComparisonPoint| {
+        let Geometry::Edge { position, direction, normal } = &point.geometry else { return None };
+        let of = |side| {
+            let axes = [direction, normal];
+            edge_length_mm(part, part.face(side), axes, position, search_mm(point), spacing_mm)
+        };
+        let why = [Side::Top, Side::Bottom].into_iter().find_map(|side| of(side).err())?;
+        let message = format!(
+            "[[comparison]] \"{}\": {}; {source} they lie {spacing_mm:.2} mm apart: the point will not be measured",
+            point.name, why.reason
+        );
+        let help = "move it along the edge, away from corners and other edges, or measure with points closer together";
+        Some(Diagnostic::warning(message).in_file(&point.file).at_line(point.line).with_help(help))
+    };
+    outlook.comparison.iter().filter_map(warning).collect()
+}
+
 /// Warns of regions of a best fit that will hold too few points; they stand in the plan `file`.
 pub fn region_warnings(outlook: &Outlook, file: &Path) -> Vec<Diagnostic> {
     let (AlignmentMethod::Regions(fit), Some(part)) = (outlook.method, outlook.part) else { return Vec::new() };
@@ -326,6 +350,25 @@ mod tests {
         }
         (plan.comparison[0].lower_mm, plan.comparison[0].upper_mm) = (-0.03, 0.03);
         assert_eq!(expected_warnings(&Outlook { part: Some(&part), ..Outlook::of(&plan) }), []);
+    }
+
+    /// The bracket's edge points lie clear of its corners; one that is pushed along its edge comes to where that turns.
+    #[test]
+    fn an_edge_point_too_near_a_corner_is_told_before_any_scan() {
+        let (mut plan, part) = sample();
+        let told = |plan: &Plan| edge_warnings(&Outlook { part: Some(&part), ..Outlook::of(plan) });
+        plan.rig = Some(crate::plan::Rig { point_spacing_mm: Some(0.6), ..crate::plan::Rig::PAPER });
+        assert_eq!(told(&plan), []);
+        let at = plan.comparison.iter().position(|p| p.geometry.kind() == "edge").unwrap();
+        let Geometry::Edge { position, direction, normal } = plan.comparison[at].geometry.clone() else { panic!() };
+        let along = direction.cross(&normal);
+        let found = (1..200).find_map(|k| {
+            let position = position + along * f64::from(k);
+            plan.comparison[at].geometry = Geometry::Edge { position, direction, normal };
+            told(&plan).pop().filter(|d| d.message.contains("runs straight over"))
+        });
+        let told = found.expect("the edge ends").to_string();
+        assert!(told.contains("0.60 mm apart: the point will not be measured") && told.contains("7.2 mm"), "{told}");
     }
 
     /// 0.2 mm: 0.73 pi 0.04 / 0.028 = 3 points; a ball of 0.3 mm: seven.

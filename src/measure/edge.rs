@@ -7,7 +7,8 @@
 use super::card::Card;
 use super::edge_place::{EdgeAtPlace, deep_mm, edge_at_place, other_edge_mm};
 use super::frame::{
-    FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, or_too_near_the_belt, sheet_gate_mm, sheet_normal,
+    FeatureFrame, Uvw, clear_of_belt, cut_face_tangent, lean_tangent, or_too_near_the_belt, sheet_gate_mm,
+    sheet_normal_of,
 };
 use super::layer::{Layer, fit_layer, height, most_frequent_height};
 use super::patch::{CadPatch, ROUGH_MM};
@@ -18,6 +19,7 @@ use crate::fit::soft_edge::{
     Edge, Outline, SoftEdgeError, SoftEdgeFit, SoftEdgeSettings, Window, clutter_share, fit_soft_edge, refine_soft_edge,
 };
 use crate::geometry::{Point3, UnitVector3, Vector3};
+use crate::part::{Face, Part};
 
 /// A point on a trimmed edge as found. CAD frame, on the CAD's own face.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +82,42 @@ pub fn edge_with_card(
     or_too_near_the_belt(local, position, found, card)
 }
 
+/// The length along the CAD's edge over which a measurement can go by it, mm, for points that lie `spacing_mm` apart: what is asked of the
+/// CAD before any point is looked at.
+///
+/// # Errors
+/// There is no edge, or it turns or meets another one too soon: no scan will tell this point.
+pub fn edge_length_mm(
+    part: &Part,
+    face: &Face,
+    [direction, normal]: [&UnitVector3; 2],
+    position: &Point3,
+    search_mm: f64,
+    spacing_mm: f64,
+) -> Result<f64, NotFound> {
+    let frame = frame_at(part, face, position, direction, normal);
+    let [half, inner] = first_window(search_mm, spacing_mm);
+    let rims = rims_near(face, &frame, half.hypot(inner) + 2.0, 0.25);
+    let strip = strip_along_edge(&frame, &rims, half, inner, search_mm + 4.0 * spacing_mm, spacing_mm)?;
+    Ok(strip.along[1] - strip.along[0])
+}
+
+fn frame_at(
+    part: &Part,
+    face: &Face,
+    position: &Point3,
+    direction: &UnitVector3,
+    normal: &UnitVector3,
+) -> FeatureFrame {
+    let thickness_normal = thickness_normal(part, face, position, normal);
+    FeatureFrame::on_cad(part, face, *position, &thickness_normal, normal, Some(direction))
+}
+
+/// Half the length along the edge, and the reach into the sheet, of the stretch in which an edge is looked for first, mm.
+fn first_window(search_mm: f64, spacing_mm: f64) -> [f64; 2] {
+    [0.5 * (18.0 * spacing_mm).max(LENGTH_MM), search_mm + (8.0 * spacing_mm).max(1.5)]
+}
+
 fn find_edge(
     local: &Local,
     position: &Point3,
@@ -89,14 +127,12 @@ fn find_edge(
     card: &mut Card,
 ) -> Result<EdgeFound, NotFound> {
     let h = local.scan.spacing_mm;
-    let thickness_normal = thickness_normal(local, position, normal);
-    let frame = FeatureFrame::new(local, *position, &thickness_normal, normal, Some(direction));
+    let frame = frame_at(local.part, local.face, position, direction, normal);
     // Right inside the edge.
     check_in_sight(local, &frame, &[[0.0, -0.1], [0.0, -0.3]])?;
-    let inner = search_mm + (8.0 * h).max(1.5);
-    let half = 0.5 * (18.0 * h).max(LENGTH_MM);
+    let [half, inner] = first_window(search_mm, h);
     let beside = (8.0 * h).max(BESIDE_MM);
-    let rims = rims_near(local, &frame, half.hypot(inner) + 2.0, 0.25);
+    let rims = rims_near(local.face, &frame, half.hypot(inner) + 2.0, 0.25);
     let strip = strip_along_edge(&frame, &rims, half, inner, search_mm + 4.0 * h, h)?;
     let depth = search_mm + 2.0 + 0.5 * half;
     let patch = CadPatch::sample(local, &frame, &strip.sample_places(), depth, ROUGH_MM);
@@ -193,9 +229,9 @@ fn u_at_place(
 
 /// The direction in which the sheet's thickness lies: the plan's normal. Where that leans away from the CAD's by more than a
 /// drawing's rounding or a facet's width explains, the CAD's.
-fn thickness_normal(local: &Local, position: &Point3, normal: &UnitVector3) -> UnitVector3 {
+fn thickness_normal(part: &Part, face: &Face, position: &Point3, normal: &UnitVector3) -> UnitVector3 {
     const AGREES_COSINE: f64 = 0.996; // 5 degrees
-    let cad_normal = sheet_normal(local, position, normal, &[Vector3::zeros()]);
+    let cad_normal = sheet_normal_of(part, face, position, normal, &[Vector3::zeros()]);
     let cosine = cad_normal.dot(normal);
     if cosine.abs() < AGREES_COSINE {
         cad_normal

@@ -28,8 +28,20 @@ impl FeatureFrame {
     /// A frame with w along `w` and, where given, v along `v` (perpendicular to w; its rest is taken off). The place is
     /// moved to the seen face along the CAD's `normal`, since w may lean away from it or even point the other way.
     pub fn new(local: &Local, nominal: Point3, normal: &UnitVector3, w: &UnitVector3, v: Option<&Vector3>) -> Self {
-        let seen = seen_place(local, &nominal, normal);
-        let outward = local.face.side.sign() * if normal.dot(w) < 0.0 { -1.0 } else { 1.0 };
+        Self::on_cad(local.part, local.face, nominal, normal, w, v)
+    }
+
+    /// The same without a scan.
+    pub fn on_cad(
+        part: &Part,
+        face: &Face,
+        nominal: Point3,
+        normal: &UnitVector3,
+        w: &UnitVector3,
+        v: Option<&Vector3>,
+    ) -> Self {
+        let seen = seen_place(part, face, &nominal, normal);
+        let outward = face.side.sign() * if normal.dot(w) < 0.0 { -1.0 } else { 1.0 };
         let across = |a: &Vector3| UnitVector3::try_new(a - w.into_inner() * a.dot(w), 1e-6);
         let smallest = Vector3::ith(w.iamin(), 1.0);
         let v = v.and_then(across).or_else(|| across(&smallest)).map_or(Vector3::y(), |v| v.into_inner());
@@ -197,12 +209,12 @@ fn nearest_face_mm(local: &Local, places: &[Point3]) -> Option<f64> {
 ///
 /// A surface is moved by the thickness as the plan says; a solid seen from below by that between its skins along the normal, so that
 /// what the nominal place is off the one it is off the other, and where one of them is missing (over a hole) by the CAD's thickness.
-fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
-    let thickness = local.part.thickness_mm;
-    if local.part.cad_side != CadSide::Solid {
-        return nominal + normal.into_inner() * local.part.cad_side.face_offset_mm(local.face.side, thickness);
+fn seen_place(part: &Part, face: &Face, nominal: &Point3, normal: &UnitVector3) -> Point3 {
+    let thickness = part.thickness_mm;
+    if part.cad_side != CadSide::Solid {
+        return nominal + normal.into_inner() * part.cad_side.face_offset_mm(face.side, thickness);
     }
-    if local.face.side == Side::Top {
+    if face.side == Side::Top {
         return *nominal;
     }
     // From a little off, so that a skin right at the start is found as well.
@@ -211,7 +223,7 @@ fn seen_place(local: &Local, nominal: &Point3, normal: &UnitVector3) -> Point3 {
     let n = normal.into_inner();
     let skin = |side: Side, from_mm: f64, sense: f64| {
         let start = nominal + n * (from_mm - sense * back);
-        let hit = local.part.face(side).bvh.ray(&start, &(n * sense), reach)?;
+        let hit = part.face(side).bvh.ray(&start, &(n * sense), reach)?;
         Some(from_mm + sense * (hit.t - back))
     };
     let above = [1.0, -1.0].into_iter().filter_map(|sense| skin(Side::Top, 0.0, sense));

@@ -32,7 +32,7 @@ mod thin;
 mod windows;
 
 pub use card::{Card, Gate, Rule, WindowShare};
-pub use edge::{EdgeFound, edge, edge_with_card};
+pub use edge::{EdgeFound, edge, edge_length_mm, edge_with_card};
 pub use hole::{HoleFound, hole, hole_with_card};
 pub use reading::Reading;
 pub use slot::{SlotFound, slot};

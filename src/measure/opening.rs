@@ -362,7 +362,7 @@ fn obstacles<O: Opening>(
     let mut unused = [0.0; MAX_SHAPE];
     let own_mm = 0.3 + 0.03 * nominal.reach_mm();
     let mut out = Vec::new();
-    for rim in rims_near(local, frame, radius, 1.0) {
+    for rim in rims_near(local.face, frame, radius, 1.0) {
         let mut away = |p: &Uvw| nominal.signed_mm([p[0], p[1]], &mut unused).abs();
         let on_outline = rim.places.iter().filter(|p| away(p) < own_mm).count();
         if !(rim.closed && 2 * on_outline > rim.places.len()) {

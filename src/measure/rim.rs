@@ -1,8 +1,8 @@
 //! The CAD's trimmed edges around a feature, in its frame.
 
-use super::Local;
 use super::frame::{FeatureFrame, Uvw};
 use crate::geometry::Point3;
+use crate::part::Face;
 use std::ops::Range;
 
 /// Places along one boundary loop of the CAD's seen face about a feature's frame, no further apart than a step.
@@ -15,9 +15,9 @@ pub struct Rim {
 
 /// The parts of the boundary loops within `radius_mm` of the frame's origin (measured in space), cut into pieces wherever
 /// a loop leaves that ball. Straight stretches are subdivided to `step_mm`.
-pub fn rims_near(local: &Local, frame: &FeatureFrame, radius_mm: f64, step_mm: f64) -> Vec<Rim> {
+pub fn rims_near(face: &Face, frame: &FeatureFrame, radius_mm: f64, step_mm: f64) -> Vec<Rim> {
     let mut rims = Vec::new();
-    for points in &local.face.boundary_loops {
+    for points in &face.boundary_loops {
         let mut piece: Vec<Uvw> = Vec::new();
         let mut left = false;
         for pair in points.windows(2) {

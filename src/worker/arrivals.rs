@@ -27,6 +27,25 @@ impl Sequence<'_> {
     pub(super) fn watch(&mut self, watch: WatchSettings, summary: &mut SequenceSummary) -> Result<(), Diagnostic> {
         let folder = FolderWatch::new(watch.settle);
         let mut watcher = Watcher { folder, done: 0, unwritten: BTreeMap::new() };
+        let end = self.watch_on(watch, &mut watcher, summary);
+        // Who stops now must not take the part before for the verdict of these.
+        for (scan, why) in std::mem::take(&mut watcher.unwritten) {
+            summary.unwritten += 1;
+            let why = Diagnostic::error(why).in_file(&scan);
+            self.lost(
+                &scan,
+                &why.with_help("watch the folder again, or run the sequence, once results can be written"),
+            );
+        }
+        end
+    }
+
+    fn watch_on(
+        &mut self,
+        watch: WatchSettings,
+        watcher: &mut Watcher,
+        summary: &mut SequenceSummary,
+    ) -> Result<(), Diagnostic> {
         let mut lost = false;
         (self.listener)(Event::Watching { folder: self.examiner.plan.scans.path.clone() });
         while !self.stop.is_on() {
@@ -35,14 +54,15 @@ impl Sequence<'_> {
                     if std::mem::take(&mut lost) {
                         (self.listener)(Event::FolderBack);
                     }
+                    self.give_up_what_is_gone(&listing, watcher);
                     let ready = watcher.folder.look(Instant::now(), &listing);
                     for (k, file) in ready.iter().enumerate() {
                         if self.stop.is_on() {
                             return Ok(());
                         }
                         let waiting = ready.len() - k - 1;
-                        if let Err(diagnostic) = self.take(file, waiting, &mut watcher, summary) {
-                            self.wait_for_results(diagnostic, &file.path, &mut watcher, watch.poll);
+                        if let Err(diagnostic) = self.take(file, waiting, watcher, summary) {
+                            self.wait_for_results(diagnostic, &file.path, watcher, watch.poll);
                         }
                     }
                 }
@@ -55,6 +75,23 @@ impl Sequence<'_> {
             std::thread::sleep(watch.poll);
         }
         Ok(())
+    }
+
+    /// A scan whose results could not be written and that was taken away meanwhile is never judged.
+    fn give_up_what_is_gone(&self, listing: &[Listed], watcher: &mut Watcher) {
+        let is_there = |path: &PathBuf| listing.iter().any(|file| file.path == *path);
+        let gone: Vec<PathBuf> = watcher.unwritten.keys().filter(|path| !is_there(path)).cloned().collect();
+        for scan in gone {
+            let why = watcher.unwritten.remove(&scan).unwrap_or_default();
+            let message = format!("the scan was taken away before its results could be written: {why}");
+            let help = "measure this part again";
+            let why = Diagnostic::error(message).in_file(&scan).with_help(help);
+            self.lost(&scan, &why);
+            (self.listener)(Event::Problems(vec![why]));
+            if watcher.unwritten.is_empty() {
+                (self.listener)(Event::ResultsBack);
+            }
+        }
     }
 
     /// One file that has settled. The error: its results cannot be written.

@@ -43,6 +43,7 @@ fn a_plan_made_by_clicks_has_nothing_for_check_to_tell() {
         scans_pattern: "*.ply".into(),
         thickness_mm: made.thickness_mm,
         cad_side: CadSide::Top,
+        point_spacing_mm: 0.7,
     };
     let mut document = Document::new_plan(&path, &first).unwrap();
     let part = Arc::new(prepare_document(&document, &run).unwrap().unwrap());

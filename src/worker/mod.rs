@@ -53,6 +53,15 @@ pub enum Event {
         /// From the cache, or built.
         cache: CacheUse,
     },
+    /// The scans of a sequence that does not watch, in order, none of them begun.
+    Listed(Vec<PathBuf>),
+    /// A part was looked at, but nothing of it could be written: it has no verdict.
+    Lost {
+        /// A refusal that says why.
+        result: Arc<InspectionResult>,
+        /// Its file.
+        scan: PathBuf,
+    },
     /// A scan is begun. `Finished` follows, or else `Waiting` or `Known` (or neither, when it is dropped or gone).
     Started {
         /// From 1.

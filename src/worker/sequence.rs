@@ -137,6 +137,7 @@ impl<'a> Sequence<'a> {
                 .with_help("put scans there, change [scans] in the plan, or name scans on the command line"));
         }
         let of = scans.len();
+        (self.listener)(Event::Listed(scans.clone()));
         for (index, scan) in scans.iter().enumerate() {
             if self.stop.is_on() {
                 return Ok(());
@@ -157,12 +158,19 @@ impl<'a> Sequence<'a> {
         summary.unwritten += 1;
         let name = scan.file_name().unwrap_or(scan.as_os_str()).to_string_lossy();
         diagnostic.message = format!("the results of {name} are lost: {}", diagnostic.message);
+        self.lost(scan, &diagnostic);
         let mut problems = vec![diagnostic];
         if !self.results.is_there() {
             // One that cannot be made again is told with the next part.
             problems.extend(self.results.reopen().unwrap_or_default());
         }
         (self.listener)(Event::Problems(problems));
+    }
+
+    /// Says that a part has no verdict, whatever was measured of it: nothing of it is on the disk.
+    pub(super) fn lost(&self, scan: &Path, why: &Diagnostic) {
+        let result = Arc::new(self.examiner.refused(scan, None, why).result);
+        (self.listener)(Event::Lost { result, scan: scan.to_path_buf() });
     }
 
     /// One scan, from its bytes to its reports. With `watched`, the listing that made it ready, a scan that is not whole

@@ -5,6 +5,7 @@ mod names;
 mod new_plan;
 mod picking;
 mod results;
+mod verdict;
 
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};
 use egui_kittest::Harness;
@@ -281,6 +282,13 @@ fn a_typed_path_opens_a_plan_and_one_that_is_not_there_is_told() {
     window.harness.get_by_label("Path").type_text(&missing.display().to_string());
     window.harness.run_steps(2);
     window.click("Open");
+    window.harness.run_steps(2);
+    // A slip in a path costs nothing that is at hand.
+    assert!(window.says("There is no such file") && window.app().facts().plan.is_some());
+    assert_eq!(window.app().facts().plan_path, Some(project.path("demo.toml")));
+    // At the start there is nothing to keep.
+    drop(window);
+    let mut window = Window::open(Setup { plan: Some(missing.clone()), ..setup(&project) }, [1280.0, 800.0]);
     window.wait("it is looked at", |app| matches!(app.facts().job, Job::Idle));
     assert!(window.shows("Not ready") && window.app().facts().plan.is_none());
     assert_eq!(window.app().facts().plan_path.as_ref(), Some(&missing));
@@ -322,7 +330,7 @@ fn a_run_without_scans_says_what_to_do_and_the_message_can_be_put_away() {
     assert!(window.says("No scan matches \"*.ply\"") && window.says("Put scans there"));
     assert!(window.shows("The sequence could not go on"));
     window.click("Got it");
-    assert!(!window.says("No scan matches"));
+    assert!(!window.shows("Got it") && window.shows("No verdict"));
 }
 
 #[test]

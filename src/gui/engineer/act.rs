@@ -183,8 +183,18 @@ pub(super) fn saved(app: &mut App, document: Document, saved: Result<(), SaveErr
 
 /// Reads the plan of the operator again; while a sequence runs, when that has ended.
 pub(in crate::gui) fn reload(app: &mut App, path: PathBuf) {
-    if app.facts.running().is_some() {
+    if let Job::Running(running) = &mut app.facts.job {
         app.reload = Some(path);
+        let message = if running.watch {
+            // Parts from now on are judged by what was saved: the watch begins anew.
+            running.stopping = true;
+            app.bridge.stop_after_part();
+            app.resume_watch = true;
+            "the plan was saved; the watch begins anew by it after the part at hand"
+        } else {
+            "the plan was saved; the sequence that runs is still judged by the plan as it was"
+        };
+        app.facts.message = Some(Diagnostic::warning(message));
         return;
     }
     app.reload = None;

@@ -180,6 +180,7 @@ impl Entries {
             scans_pattern: ending,
             thickness_mm: self.thickness_mm()?,
             cad_side: self.cad_side()?,
+            point_spacing_mm: scan.scan.spacing_mm,
         })
     }
 
@@ -264,7 +265,7 @@ impl Entries {
 }
 
 /// The settings that the first three steps tell.
-const SETTINGS: [(&str, &str); 7] = [
+const SETTINGS: [(&str, &str); 8] = [
     ("part", "thickness_mm"),
     ("part", "cad_side"),
     ("cad", "file"),
@@ -272,6 +273,7 @@ const SETTINGS: [(&str, &str); 7] = [
     ("scans", "folder"),
     ("scans", "pattern"),
     ("scans", "unit"),
+    ("rig", "point_spacing_mm"),
 ];
 
 #[cfg(test)]

@@ -21,13 +21,15 @@ struct Lamp {
     scan: String,
     /// What stands below the sign of it.
     label: String,
+    /// It was held to another plan than the one before it.
+    begins_plan: bool,
     /// Its part, when there is a result to look at: place in `Facts::parts`, index, how many there were.
     part: Option<(usize, usize, Option<usize>)>,
 }
 
 impl Lamp {
     fn without_result(sign: Sign, scan: String) -> Self {
-        Self { sign, scan, label: String::new(), part: None }
+        Self { sign, scan, label: String::new(), begins_plan: false, part: None }
     }
 }
 
@@ -71,7 +73,11 @@ fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
     };
     let role = if lamp.part.is_some() { Role::Button } else { Role::Label };
     response.widget_info(|| WidgetInfo::labeled(role, lamp.part.is_some(), &name));
-    let newest = lamp.part.is_some_and(|(at, ..)| at + 1 == scope.facts.parts.len());
+    let newest = lamp.part.is_some_and(|(at, ..)| at + 1 == scope.facts.parts.len() && scope.facts.judged().is_some());
+    if lamp.begins_plan && k > 0 {
+        let stroke = Stroke::new(2.0, theme.strong_stroke);
+        ui.painter().vline(place.left() - 2.0, place.top() + 4.0..=place.bottom() - 4.0, stroke);
+    }
     if newest {
         let frame = Stroke::new(2.0, lamp.sign.colour(theme));
         ui.painter().rect(place, CornerRadius::same(4), lamp.sign.fill(theme), frame, StrokeKind::Inside);
@@ -127,12 +133,16 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
             sign: Sign::of(&part.result),
             scan: clean(&part.short_name()),
             label: String::new(),
+            begins_plan: at > 0 && facts.parts[at - 1].plan.sha256 != part.plan.sha256,
             part: Some((at, part.index, part.of)),
         })
         .collect();
     let running = facts.running();
     if let Some(scan) = running.and_then(|r| r.scan.as_ref()) {
         lamps.push(Lamp::without_result(Sign::Running, stem(&scan.path)));
+    }
+    if let Some((scan, _)) = &facts.troubles.results {
+        lamps.push(Lamp::without_result(Sign::Refused, stem(scan)));
     }
     let surplus = lamps.len().saturating_sub(count);
     lamps.drain(..surplus);
@@ -143,6 +153,7 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
             all.get(at_hand..).unwrap_or_default()
         }
         (Some(Ok(scans)), None) if facts.last_end.is_none() => scans,
+        (Some(Ok(scans)), None) => scans.get(scans.len().saturating_sub(facts.left_over)..).unwrap_or_default(),
         _ => &[],
     };
     let room = count - lamps.len();

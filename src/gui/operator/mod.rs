@@ -39,14 +39,14 @@ pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope, pictures: &mut Painter
     run_button::run_ui(ui, places.run, scope);
     now::now_ui(ui, places.now, places.form, scope);
     if let Some(place) = places.worst {
-        let part = scope.facts.parts.last().cloned();
+        let part = scope.facts.judged().cloned();
         match part.filter(|part| matches!(part.result.outcome, Outcome::Measured(_))) {
             Some(part) if places.form == Form::Full => {
                 let (worst, map) = layout::beside_the_map(place);
                 worst::worst_ui(ui, worst, places.worst_rows, scope);
                 map::map_ui(ui, map, &part, pictures, scope);
             }
-            _ if scope.facts.parts.is_empty() => ready::ready_ui(ui, place, places.worst_rows, scope),
+            _ if scope.facts.judged().is_none() => ready::ready_ui(ui, place, places.worst_rows, scope),
             _ => worst::worst_ui(ui, place, places.worst_rows, scope),
         }
     }

@@ -10,6 +10,7 @@ use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::size;
 use crate::gui::widgets::{cards, words};
+use crate::inspect::Outcome;
 use crate::report::words::{capital, clean};
 use crate::run::Stage;
 use egui::{Align2, Rect, Ui, pos2};
@@ -144,11 +145,12 @@ fn idle_title(scope: &Scope) -> String {
         let key = may_run(facts).err().unwrap_or("operator.waiting_for_you");
         return words.text(key).to_owned();
     };
-    let last = facts.parts.last().map(|p| words.thousands(p.index));
+    let last = facts.judged().map(|p| words.thousands(p.index));
     match (end.stopped, last) {
         (true, Some(n)) => words.fill("operator.stopped_after", &[("n", &n)]),
         (true, None) => words.text("operator.stopped").to_owned(),
         (false, _) if end.error.is_some() => words.text("operator.ended_early").to_owned(),
+        (false, _) if end.unwritten > 0 => words.count("operator.unwritten", end.unwritten),
         (false, _) => words.count("operator.done", end.measured() + end.refused),
     }
 }
@@ -157,7 +159,7 @@ fn idle_title(scope: &Scope) -> String {
 fn note(scope: &Scope) -> (String, usize) {
     let (facts, words) = (scope.facts, scope.words);
     let trouble = |d: &Diagnostic| (capital(&sentence(d)), 3);
-    if let Some(lost) = &facts.troubles.results {
+    if let Some((_, lost)) = &facts.troubles.results {
         return trouble(lost);
     }
     if let Some((scan, why)) = &facts.troubles.waiting {
@@ -199,14 +201,13 @@ fn idle_note(scope: &Scope) -> String {
     String::new()
 }
 
-/// Mean seconds of the last ten parts of the sequence at hand, or else of the last one.
+/// Mean seconds of the last ten parts that were measured in the sequence at hand, or else in the last one. A scan that is refused
+/// at once would make the line look faster than it is.
 pub(super) fn seconds_a_part(scope: &Scope) -> Option<f64> {
-    let parts = &scope.facts.parts;
-    // A sequence begins where the index starts again.
-    let newest = parts.last()?.index;
-    let same = parts.iter().rev().enumerate().take_while(|(k, part)| part.index + k == newest).map(|(_, part)| part);
-    let times: Vec<Duration> = same.take(10).map(|part| part.took).collect();
-    Some(times.iter().sum::<Duration>().as_secs_f64() / times.len() as f64)
+    let of_run = scope.facts.parts.get(scope.facts.run_from..)?;
+    let measured = of_run.iter().rev().filter(|part| matches!(part.result.outcome, Outcome::Measured(_)));
+    let times: Vec<Duration> = measured.take(10).map(|part| part.took).collect();
+    (!times.is_empty()).then(|| times.iter().sum::<Duration>().as_secs_f64() / times.len() as f64)
 }
 
 /// A time as people say it: seconds, or minutes and seconds.

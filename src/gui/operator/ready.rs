@@ -5,7 +5,7 @@ use super::worst::{Row, RowSign, rows_ui};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::gui::NewPlanCommand as Command;
 use crate::gui::action::Action;
-use crate::gui::facts::Job;
+use crate::gui::facts::{Facts, Job};
 use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::theme::size;
@@ -17,7 +17,7 @@ use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 /// Draws the card.
 pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &mut Scope) {
     cards::card(ui, place, scope.theme);
-    if scope.facts.problems.is_empty() {
+    if problems(scope.facts).is_empty() {
         rows_ui(ui, place, scope.words.text("operator.before"), rows, &checks(scope), scope.theme);
     } else {
         problems_ui(ui, place, scope);
@@ -39,13 +39,20 @@ fn new_plan_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     }
 }
 
+/// What was told when the plan was opened and by the last run, errors first, each once.
+fn problems(facts: &Facts) -> Vec<&Diagnostic> {
+    let news = facts.run_problems.iter().filter(|problem| !facts.problems.contains(problem));
+    let mut problems: Vec<&Diagnostic> = facts.problems.iter().chain(news).collect();
+    problems.sort_by_key(|problem| problem.severity != Severity::Error);
+    problems
+}
+
 /// As many problems as fit, errors first, none of them cut; the last line tells how many are left.
 fn problems_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
     let (words, theme) = (scope.words, scope.theme);
     let inner = place.shrink2(vec2(20.0, 8.0));
     let head = inner.with_max_y(inner.top() + if place.height() > 150.0 { 34.0 } else { 22.0 });
-    let mut problems: Vec<&Diagnostic> = scope.facts.problems.iter().collect();
-    problems.sort_by_key(|problem| problem.severity != Severity::Error);
+    let problems = problems(scope.facts);
     let title = words.count("operator.problems", problems.len());
     words::line(ui, head, Align2::LEFT_CENTER, &title, fonts::semibold(size::BAR), theme.text);
     let last_line = 24.0;

@@ -24,7 +24,16 @@ pub(super) fn run_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
         }
         None => {
             let may = may_run(scope.facts);
-            let text = words.text(if scope.settings.watch { "operator.watch_run" } else { "operator.run" });
+            // A plan that was mended meanwhile is read again.
+            let again = may == Err("operator.plan_has_errors");
+            let may = if again { Ok(()) } else { may.map(|_| ()) };
+            let text = words.text(if again {
+                "operator.check_again"
+            } else if scope.settings.watch {
+                "operator.watch_run"
+            } else {
+                "operator.run"
+            });
             let (response, colour) = buttons::at(ui, "run", place, Weight::Main, may.is_ok(), text, scope.theme);
             let face_place = if may.is_ok() { place } else { place.with_max_y(place.bottom() - 24.0) };
             face(ui, face_place, text, "F5", colour, colour, sign::play);

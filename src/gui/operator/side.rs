@@ -6,6 +6,7 @@ use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::theme::size;
 use crate::gui::widgets::buttons::{self, Weight};
+use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::{cards, sign, words};
 use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 
@@ -75,7 +76,7 @@ pub(super) fn waiting_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
     let count = match (scope.facts.running(), &scope.facts.scans) {
         (Some(running), _) => running.waiting,
         (None, Some(Ok(scans))) if scope.facts.last_end.is_none() => scans.len(),
-        _ => 0,
+        _ => scope.facts.left_over,
     };
     let (figure, text) = (w.thousands(count), w.text("operator.parts_waiting"));
     let inner = place.shrink2(vec2(12.0, 10.0));
@@ -89,7 +90,43 @@ pub(super) fn waiting_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
     let inner = inner.with_min_x(inner.left() + 8.0);
     let number = words::line(ui, inner, Align2::LEFT_CENTER, &figure, fonts::mono(44.0), theme.text);
     let rest = inner.with_min_x(number.right() + 18.0);
-    words::line(ui, rest, Align2::LEFT_CENTER, text, fonts::semibold(20.0), theme.text);
+    let shift = shift_ui(ui, rest, scope);
+    let rest = rest.with_max_x(shift);
+    let fit = words::fitting_size(ui, text, fonts::semibold, rest.width(), 20.0, 13.0);
+    words::line(ui, rest, Align2::LEFT_CENTER, text, fonts::semibold(fit), theme.text);
+}
+
+/// Good, bad and other parts of this shift on the right of a place; returns where they begin.
+fn shift_ui(ui: &mut Ui, place: Rect, scope: &Scope) -> f32 {
+    let (w, theme, shift) = (scope.words, scope.theme, &scope.settings.shift);
+    let others = shift.undecided + shift.incomplete + shift.refused;
+    let counts = [(Sign::Refused, others), (Sign::Fail, shift.fail), (Sign::Pass, shift.pass)];
+    let font = fonts::mono(26.0);
+    let caption = w.text("operator.this_shift");
+    let figures = counts.map(|(_, n)| w.thousands(n));
+    let wide: f32 = figures.iter().map(|n| words::width(ui, n, font.clone()) + 48.0).sum();
+    let wide = wide.max(words::width(ui, caption, fonts::regular(size::NOTE)));
+    if shift.total() == 0 || wide > 0.62 * place.width() {
+        return place.right();
+    }
+    let left = place.right() - wide;
+    let below = Rect::from_min_max(pos2(left, place.top() + 18.0), place.max);
+    let said = format!("{caption}: {}, {}, {}", figures[2], figures[1], figures[0]);
+    words::named(ui, place.with_min_x(left), &said);
+    let top = Rect::from_min_max(pos2(left, place.top() - 4.0), pos2(place.right(), place.top() + 16.0));
+    words::line(ui, top, Align2::RIGHT_CENTER, caption, fonts::regular(size::NOTE), theme.quiet);
+    let mut x = place.right();
+    for ((sign, _), figure) in counts.into_iter().zip(figures) {
+        let number = Rect::from_min_max(
+            pos2(x - words::width(ui, &figure, font.clone()) - 2.0, below.top()),
+            pos2(x, below.bottom()),
+        );
+        words::line(ui, number, Align2::RIGHT_CENTER, &figure, font.clone(), theme.text);
+        let mark = Rect::from_center_size(pos2(number.left() - 16.0, below.center().y), Vec2::splat(24.0));
+        sign.paint(ui.painter(), mark, theme);
+        x = mark.left() - 18.0;
+    }
+    left - 12.0
 }
 
 /// Whether a run watches the folder.

@@ -1,6 +1,7 @@
 //! The verdict of the last part, to be read from three metres. A running part never changes it; only a finished one does.
 
 use super::layout::Form;
+use crate::diagnostic::Diagnostic;
 use crate::gui::facts::{FinishedPart, Job};
 use crate::gui::fonts;
 use crate::gui::perform::may_run;
@@ -12,6 +13,7 @@ use crate::gui::widgets::words;
 use crate::inspect::{Inspection, Outcome, Verdict};
 use crate::report::words::{Counts, capital};
 use egui::{Align2, CornerRadius, Rect, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
+use std::path::Path;
 
 /// What the card says.
 struct Said {
@@ -28,10 +30,13 @@ struct Said {
 /// Draws the card.
 pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, form: Form, scope: &Scope) {
     let theme = scope.theme;
-    // The newest part, whatever is looked at on other screens.
-    let said = match scope.facts.parts.last() {
-        Some(part) => of_part(part, scope.words),
-        None => before_the_first(scope),
+    // The newest part of the run, whatever is looked at on other screens; nothing that an earlier run or another plan said.
+    let facts = scope.facts;
+    let said = match (facts.judged(), &facts.troubles.results, facts.failure()) {
+        (Some(part), ..) => of_part(part, scope.words),
+        (None, Some((scan, why)), _) => without_verdict(Some(scan), why, scope),
+        (None, None, Some(why)) => without_verdict(None, why, scope),
+        (None, None, None) => before_the_first(scope),
     };
     let frame = Stroke::new(4.0, said.sign.colour(theme));
     ui.painter().rect(place, CornerRadius::same(6), said.sign.fill(theme), frame, StrokeKind::Inside);
@@ -155,6 +160,18 @@ fn measured(inspection: &Inspection, words: &Words) -> (String, String) {
     (sentence, note)
 }
 
+/// There should be a verdict, and there is none: results cannot be written, or the run could not begin.
+fn without_verdict(scan: Option<&Path>, why: &Diagnostic, scope: &Scope) -> Said {
+    let words = scope.words;
+    let header = match scan.and_then(Path::file_name) {
+        Some(name) => crate::report::words::clean(&name.to_string_lossy()),
+        None => words.text("operator.ended_early").to_owned(),
+    };
+    let word = words.text("verdict.no_verdict").to_owned();
+    let note = why.help.as_deref().map(capital).unwrap_or_default();
+    Said { sign: Sign::Refused, header, name: word.clone(), word, sentence: capital(&why.message), note }
+}
+
 /// Nothing was inspected since the plan was opened.
 fn before_the_first(scope: &Scope) -> Said {
     let (facts, words) = (scope.facts, scope.words);
@@ -169,6 +186,14 @@ fn before_the_first(scope: &Scope) -> Said {
     };
     match &facts.job {
         Job::Opening { .. } => return say(Sign::None, "verdict.opening", String::new(), String::new()),
+        Job::Running(running) if running.watch && running.scan.is_none() && running.stage.is_none() => {
+            return say(
+                Sign::None,
+                "verdict.waiting",
+                text("operator.waiting_for_scans"),
+                text("operator.appears_here"),
+            );
+        }
         Job::Running(_) => return say(Sign::None, "verdict.running", text("operator.appears_here"), String::new()),
         Job::Idle | Job::Fetching { .. } | Job::Trying { .. } => {}
     }

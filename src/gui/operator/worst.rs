@@ -13,7 +13,7 @@ use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 
 /// Draws the card with so many rows at most.
 pub(super) fn worst_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
-    let Some(part) = scope.facts.parts.last() else { return };
+    let Some(part) = scope.facts.judged() else { return };
     cards::card(ui, place, scope.theme);
     let n = scope.words.thousands(part.index);
     match &part.result.outcome {

@@ -24,6 +24,8 @@ pub struct NewPlan {
     pub thickness_mm: f64,
     /// Where the CAD surface lies in the sheet.
     pub cad_side: CadSide,
+    /// How far apart the points of a scan lie, mm.
+    pub point_spacing_mm: f64,
 }
 
 const TEMPLATE: &str = r#"# Inspection plan. Lengths are millimetres, angles degrees; paths start at this file's folder.
@@ -51,6 +53,16 @@ belt_plane = true            # what lies on the conveyor belt or below it is not
 # To all of the part, until a hole, a slot and a surface point are chosen.
 [alignment]
 method = "best_fit"
+
+# What the uncertainty is foretold by. The spacing is that of the first scan; the rest is a typical rig: tell the figures of yours.
+[rig]
+distance_mm = 600.0
+base_mm = 200.0
+focal_mm = 35.0
+pixel_um = 4.88
+image_accuracy_px = 0.3
+resolution_level = 2
+point_spacing_mm = 0.5
 
 [output]
 folder = "results"
@@ -80,6 +92,7 @@ impl Document {
             ("cad", "unit", text(plan.cad_unit.key())),
             ("scans", "folder", text(&plan.scans_folder)),
             ("scans", "pattern", text(&plan.scans_pattern)),
+            ("rig", "point_spacing_mm", FieldValue::Number((1e3 * plan.point_spacing_mm).round() / 1e3)),
         ] {
             document.set_setting(table, key, &value)?;
         }

@@ -340,6 +340,7 @@ fn a_new_plan_is_sound_once_its_points_are_there() {
         scans_pattern: "*.xyz".into(),
         thickness_mm: 0.8,
         cad_side: CadSide::Bottom,
+        point_spacing_mm: 0.7,
     };
     let mut document = Document::new_plan(Path::new("p.toml"), &plan).unwrap();
     assert!(document.is_modified() && document.undo_step().is_none() && document.saved_sha256().is_none());

@@ -297,6 +297,7 @@ fn work_that_was_not_saved_is_kept_and_offered_again() {
     window.click("Take them up again");
     assert_eq!(window.value(0, "lower_mm"), Some(-0.4));
     // Another plan is not opened over it without a word.
+    project.write("other.toml", &project.read("demo.toml"));
     window.ask(Action::Open(project.path("other.toml")));
     window.harness.run_steps(2);
     assert!(window.shows("Leave the plan?"));
