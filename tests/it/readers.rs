@@ -204,7 +204,7 @@ fn small_broken_files_are_refused_with_their_fault_and_place() {
             "counts 3 facets, which makes 234 bytes, but the file has 134",
         ),
         ("vertex_nan.stl", true, false, Some(5), "coordinate NaN, expected a finite number"),
-        ("count_huge.ply", false, true, Some(3), "counts 18446744073709551615 records of \"vertex\""),
+        ("count_huge.ply", false, true, Some(3), "of 18446744073709551615 records of \"vertex\""),
         ("count_four_of_three.ply", false, true, Some(10), "ends after 3 of 4 records of \"vertex\""),
         ("type_unknown.ply", false, false, Some(6), "\"half\" found, expected a number type"),
         ("vertex_nan.ply", true, false, None, "1 vertices with a coordinate that is not finite"),

@@ -61,12 +61,12 @@ impl Cursor<'_> {
         if element.count.checked_mul(size).is_some_and(|needed| needed <= self.left() as u64) {
             return Ok(());
         }
+        let most = if element.is_fixed_size() { "" } else { "at most " };
         let diagnostic = Diagnostic::error(format!(
-            "the header counts {} records of \"{}\" of at least {size} bytes, but from byte {} on only {} bytes are there",
+            "the file ends after {most}{} of {} records of \"{}\"",
+            self.left() as u64 / size.max(1),
             element.count,
             super::super::field::excerpt(element.name.as_bytes()),
-            self.offset,
-            self.left()
         ))
         .at_line(element.line)
         .with_help(CUT_OFF_HELP);
