@@ -11,6 +11,7 @@ pub mod robust;
 mod robust_start;
 pub mod shapes;
 pub mod soft_edge;
+pub mod two_step;
 mod uncertainty;
 
 pub use outcome::{CoordinatePlane, FitKind, FitMethod, FitOutcome, Fitted, Known, fit_points, fit_points_knowing};

@@ -120,6 +120,28 @@ pub enum Fitted {
 }
 
 impl Fitted {
+    /// What it is.
+    pub fn kind(&self) -> FitKind {
+        match self {
+            Fitted::Line(_) => FitKind::Line,
+            Fitted::Plane(_) => FitKind::Plane,
+            Fitted::Circle(_) => FitKind::Circle,
+            Fitted::Sphere(_) => FitKind::Sphere,
+            Fitted::Cylinder(_) => FitKind::Cylinder,
+            Fitted::Cone(_) => FitKind::Cone,
+        }
+    }
+
+    /// Radius of a circle, sphere or cylinder.
+    pub fn radius(&self) -> Option<f64> {
+        match self {
+            Fitted::Circle(s) => Some(s.radius),
+            Fitted::Sphere(s) => Some(s.radius),
+            Fitted::Cylinder(s) => Some(s.radius),
+            Fitted::Line(_) | Fitted::Plane(_) | Fitted::Cone(_) => None,
+        }
+    }
+
     /// Orthogonal distance of a point; signed where the shape has an outside.
     pub fn distance(&self, p: &Point3) -> f64 {
         match self {
@@ -233,7 +255,7 @@ pub(super) fn fit_weighted(
 }
 
 /// The same from a shape that is near: cylinders and cones need no search then.
-fn fit_weighted_near(
+pub(super) fn fit_weighted_near(
     near: &Fitted,
     kind: FitKind,
     points: &[Point3],
@@ -284,6 +306,11 @@ fn outcome(
     };
     let rejected = points.len() - used.len();
     Ok(FitOutcome { shape, points: points.len(), rms, sigma, rejected, condition, uncertainty })
+}
+
+/// Figures of a fit in which all points count alike.
+pub(super) fn figures(kind: FitKind, shape: Fitted, condition: f64, points: &[Point3]) -> Result<FitOutcome, FitError> {
+    outcome(kind, shape, condition, points, &[], Known::default())
 }
 
 /// Root mean square of the distances, and their standard deviation with the shape's parameters taken off, if any freedom is left then.

@@ -5,7 +5,9 @@
 pub mod adaptive;
 pub mod calibration;
 pub mod cells;
+pub mod feature;
 pub mod mask;
+pub mod mask_study;
 pub mod metric;
 pub mod non_uniformity;
 pub mod spacing;
