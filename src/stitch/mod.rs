@@ -10,6 +10,7 @@ pub mod mask;
 pub mod mask_study;
 pub mod metric;
 pub mod non_uniformity;
+pub mod register;
 pub mod spacing;
 #[cfg(test)]
 mod test_points;

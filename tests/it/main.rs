@@ -24,6 +24,7 @@ mod pose_sweep;
 mod project;
 mod readers;
 mod region_fit;
+mod registration;
 mod stacked_leaves;
 mod study;
 mod support;

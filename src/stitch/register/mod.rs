@@ -1,0 +1,69 @@
+//! Registration of N overlapping views: where each of them lies in one world (issue 5, `ALGORITHMS.md` section 8).
+//!
+//! ```text
+//! views --surface: patches--> Surface         smoothed places with normals, a search tree, the noise of a point
+//!   --overlap / search--> candidate pairs     by hashed occupancy under the prior poses; without them by many starts and a margin
+//!   --pairwise--> Fitted                      robust symmetric point-to-plane; motions that the surface does not hold stay unmoved
+//!   --network--> poses                        graph of poses, edges with weights of their own, priors as weak rows
+//!   --joint--> poses                          all pairs matched again and solved together, until nothing moves
+//!   --verdict--> Registration                 who is placed, who is left out by name and why, pairs, cycles, weak motions
+//! ```
+//!
+//! Views are taken in the order of their names, so that the order in which they are given changes nothing; sums run in that order, so that
+//! threads change nothing either. Lengths are in the views' own unit, angles in rad.
+
+mod cycles;
+mod joint;
+mod matches;
+mod motion;
+mod network;
+mod observed;
+mod overlap;
+mod pairwise;
+mod pipeline;
+mod result;
+mod sampling;
+mod search;
+mod surface;
+#[cfg(test)]
+mod synthetic_tests;
+mod verdict;
+mod weak;
+
+pub use pipeline::register;
+pub use result::{Cycle, Gauge, LeftOut, Pair, PairState, Placed, RegisterError, Registration, ViewOutcome, Weak};
+
+use crate::geometry::Isometry3;
+
+/// What is known of a view's pose before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Where the view is thought to lie.
+    pub world_from_view: Isometry3,
+    /// Standard uncertainty of where the middle of the view's points lies, along each axis.
+    pub translation_sigma: f64,
+    /// Standard uncertainty of its turn about each axis through that middle, rad.
+    pub rotation_sigma_rad: f64,
+}
+
+/// How views are registered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Distance of a view's points; estimated view by view where there is none.
+    pub d_grid: Option<f64>,
+    /// Standard deviation of a point about the surface; estimated from the views where there is none. A pair whose overlap fits
+    /// worse than [`Options::most_residual`] times this is not used.
+    pub noise: Option<f64>,
+    /// Least share of the smaller view that must lie on the other one.
+    pub least_share: f64,
+    /// Most neighbours of a view that it is registered with, those with the largest shares.
+    pub most_neighbours: usize,
+    /// Largest residual of a pair that is used, in the noise of a point.
+    pub most_residual: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { d_grid: None, noise: None, least_share: 0.15, most_neighbours: 8, most_residual: 2.0 }
+    }
+}

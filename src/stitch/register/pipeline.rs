@@ -1,0 +1,384 @@
+//! The way from views to poses, step by step.
+
+use super::joint::{Joined, Refined, refine};
+use super::network::{Anchor, Edge, LEAST_WEIGHT, graph};
+use super::overlap::{Guess, candidates};
+use super::pairwise::{Tried, Two, register as register_pair, way_from};
+use super::result::{RegisterError, Registration};
+use super::search::{COARSE_PATCHES, Scales, search};
+use super::surface::{NoSurface, Surface};
+use super::verdict;
+use super::{Options, Prior};
+use crate::geometry::{Isometry3, Point3};
+use crate::run::{Cancelled, RunContext};
+use crate::stitch::View;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A view may be off by this many standard deviations of its prior.
+const SIGMAS: f64 = 3.0;
+/// Searches without a prior for one view, with those placed already whose names are nearest.
+const MOST_SEARCHES: usize = 12;
+/// A view whose pose nothing holds may move by this many times the noise, and not by more than its size: for numbers only.
+const LOOSE: f64 = 1e5;
+
+/// All that is known on the way; views are told by their place in the order of their names.
+pub(super) struct Work<'a> {
+    pub views: Vec<&'a View>,
+    pub priors: Vec<Option<Prior>>,
+    /// Nothing for a view that is no surface.
+    pub surfaces: Vec<Option<Surface>>,
+    /// Why a view is not used.
+    pub left_out: Vec<Option<String>>,
+    /// Pairs, the lower view first.
+    pub tried: BTreeMap<(usize, usize), Tried>,
+    /// Weights of the pairs that were in the graph.
+    pub weights: BTreeMap<(usize, usize), f64>,
+    /// Poses of the views that are connected.
+    pub poses: Vec<Option<Isometry3>>,
+    pub options: Options,
+    pub run: RunContext<'a>,
+}
+
+/// Registers views. A prior for each view, `None` where nothing is known of its pose.
+///
+/// # Errors
+/// No views, not as many priors as views, a coordinate that is not finite, a prior or an option out of its range, points that are too few for
+/// their extent, or the job was stopped. A view that fits nowhere is no error: it is left out by name.
+pub fn register(
+    views: &[View],
+    priors: &[Option<Prior>],
+    options: &Options,
+    run: &RunContext,
+) -> Result<Registration, RegisterError> {
+    check(views, priors, options)?;
+    let mut order: Vec<usize> = (0..views.len()).collect();
+    order.sort_by(|a, b| views[*a].name.cmp(&views[*b].name).then(a.cmp(b)));
+    let mut work = Work {
+        views: order.iter().map(|k| &views[*k]).collect(),
+        priors: order.iter().map(|k| priors[*k]).collect(),
+        surfaces: Vec::new(),
+        left_out: vec![None; views.len()],
+        tried: BTreeMap::new(),
+        weights: BTreeMap::new(),
+        poses: vec![None; views.len()],
+        options: *options,
+        run: *run,
+    };
+    work.lay_surfaces()?;
+    work.try_neighbours()?;
+    work.search_unknown()?;
+    work.connect();
+    work.try_again()?;
+    work.connect();
+    let refined = work.settle()?;
+    Ok(verdict::tell(&work, refined, &order))
+}
+
+fn check(views: &[View], priors: &[Option<Prior>], options: &Options) -> Result<(), RegisterError> {
+    if views.is_empty() {
+        return Err(RegisterError::NoViews);
+    }
+    if priors.len() != views.len() {
+        return Err(RegisterError::Priors { priors: priors.len(), views: views.len() });
+    }
+    let above_zero = |v: f64| v > 0.0 && v.is_finite();
+    for (name, value) in
+        [("d_grid", options.d_grid), ("noise", options.noise), ("residual", Some(options.most_residual))]
+    {
+        if let Some(value) = value.filter(|v| !above_zero(*v)) {
+            return Err(RegisterError::Option { what: format!("{name} is {value}, expected a number above 0") });
+        }
+    }
+    if !(options.least_share > 0.0 && options.least_share <= 1.0) || options.most_neighbours == 0 {
+        let (share, most) = (options.least_share, options.most_neighbours);
+        let what =
+            format!("least share {share} with {most} neighbours, expected a share above 0 up to 1 and a neighbour");
+        return Err(RegisterError::Option { what });
+    }
+    for (view, prior) in views.iter().zip(priors) {
+        let name = || view.name.clone();
+        let finite = |p: &Point3| p.coords.iter().all(|c| c.is_finite());
+        if let Some(index) = view.positions.iter().position(|p| !finite(p)) {
+            return Err(RegisterError::NotFinite { name: name(), index });
+        }
+        let Some(prior) = prior else { continue };
+        let (pose, shift, turn) = (prior.world_from_view, prior.translation_sigma, prior.rotation_sigma_rad);
+        let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
+        if !numbers.copied().all(f64::is_finite) {
+            return Err(RegisterError::Prior { name: name(), what: "a number that is not finite".to_owned() });
+        }
+        if !above_zero(shift) || !above_zero(turn) {
+            let what = format!("the standard uncertainties {shift} and {turn} rad");
+            return Err(RegisterError::Prior { name: name(), what });
+        }
+    }
+    Ok(())
+}
+
+/// The first view is the gauge, to the last digit.
+fn hold_first(poses: &mut [Isometry3]) {
+    if let Some(first) = poses.first().copied() {
+        poses.iter_mut().for_each(|pose| *pose = first.inverse() * *pose);
+        poses[0] = Isometry3::identity();
+    }
+}
+
+impl Work<'_> {
+    fn lay_surfaces(&mut self) -> Result<(), RegisterError> {
+        let lay = |view: &&View| Surface::new(view, self.options.d_grid, &self.run);
+        let laid: Vec<Result<Surface, NoSurface>> = self.views.par_iter().map(lay).collect();
+        for (k, laid) in laid.into_iter().enumerate() {
+            let name = || self.views[k].name.clone();
+            match laid {
+                Ok(surface) => self.surfaces.push(Some(surface)),
+                Err(NoSurface::Because(why)) => {
+                    self.surfaces.push(None);
+                    self.left_out[k] = Some(why);
+                }
+                Err(NoSurface::Extent(message)) => return Err(RegisterError::Extent { name: name(), message }),
+                Err(NoSurface::Cancelled(cancelled)) => return Err(cancelled.into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Of views that are surfaces.
+    pub(super) fn two(&self, a: usize, b: usize) -> Option<Two<'_>> {
+        Some(Two { a: self.surfaces[a].as_ref()?, b: self.surfaces[b].as_ref()? })
+    }
+
+    /// How far a view's places may be off by its prior.
+    fn off(&self, view: usize) -> f64 {
+        let (Some(prior), Some(surface)) = (&self.priors[view], &self.surfaces[view]) else { return 0.0 };
+        SIGMAS * prior.translation_sigma.hypot(prior.rotation_sigma_rad * surface.half_size())
+    }
+
+    /// Registers pairs from poses, views off by a distance each.
+    fn try_pairs(
+        &mut self,
+        pairs: &[(usize, usize)],
+        pose: impl Fn(&Self, usize) -> Option<Isometry3> + Sync,
+        off: impl Fn(&Self, usize) -> f64 + Sync,
+    ) -> Result<(), Cancelled> {
+        let this: &Self = self;
+        let one = |(a, b): &(usize, usize)| -> Result<Option<Tried>, Cancelled> {
+            let Some(two) = this.two(*a, *b) else { return Ok(None) };
+            let Some((from, to)) = pose(this, *a).zip(pose(this, *b)) else { return Ok(None) };
+            let way = way_from(two, off(this, *a).hypot(off(this, *b)), &this.options);
+            register_pair(two, &(to.inverse() * from), way, &this.options, &this.run).map(Some)
+        };
+        let tried: Vec<Option<Tried>> = pairs.par_iter().map(one).collect::<Result<_, Cancelled>>()?;
+        for (pair, tried) in pairs.iter().zip(tried) {
+            let Some(tried) = tried else { continue };
+            self.tried.insert(*pair, tried);
+        }
+        Ok(())
+    }
+
+    fn try_neighbours(&mut self) -> Result<(), Cancelled> {
+        let pairs = self.near(|work, k| work.priors[k].map(|p| p.world_from_view), Self::off);
+        self.try_pairs(&pairs, |work, k| work.priors[k].map(|p| p.world_from_view), Self::off)
+    }
+
+    /// Pairs of views that may overlap in poses.
+    pub(super) fn near(
+        &self,
+        pose: impl Fn(&Self, usize) -> Option<Isometry3>,
+        off: impl Fn(&Self, usize) -> f64,
+    ) -> Vec<(usize, usize)> {
+        let guess = |view: usize| {
+            let surface = self.surfaces[view].as_ref()?;
+            Some(Guess { view, surface, world_from_view: pose(self, view)?, off: off(self, view) })
+        };
+        let guesses: Vec<Guess> = (0..self.views.len()).filter_map(guess).collect();
+        candidates(&guesses, self.options.least_share, self.options.most_neighbours)
+    }
+
+    /// Views of which no pose is known: first with the view before, then with those that are connected already.
+    fn search_unknown(&mut self) -> Result<(), Cancelled> {
+        let usable: Vec<usize> = (0..self.views.len()).filter(|k| self.surfaces[*k].is_some()).collect();
+        let unknown = |work: &Self, k: usize| work.priors[k].is_none();
+        if !usable.iter().any(|k| unknown(self, *k)) {
+            return Ok(());
+        }
+        let coarse = |surface: &Option<Surface>| surface.as_ref()?.coarser(COARSE_PATCHES, &self.run).ok();
+        let coarse: Vec<Option<Surface>> = self.surfaces.par_iter().map(coarse).collect();
+        self.run.check()?;
+        for pair in usable.windows(2) {
+            if unknown(self, pair[0]) || unknown(self, pair[1]) {
+                self.search_pair(pair[0], pair[1], &coarse)?;
+            }
+        }
+        let mut searches: BTreeMap<usize, usize> = BTreeMap::new();
+        loop {
+            let main = self.main_part();
+            let tried = |a: usize, b: usize| self.tried.contains_key(&(a.min(b), a.max(b)));
+            let unknown = |k: usize| self.priors[k].is_none();
+            let next = usable.iter().filter(|k| !main.contains(k)).find_map(|k| {
+                let free = searches.get(k).is_none_or(|n| *n < MOST_SEARCHES);
+                let open = main.iter().filter(|m| unknown(*k) || unknown(**m)).filter(|m| !tried(*k, **m));
+                let nearest = open.min_by_key(|m| (m.abs_diff(*k), **m))?;
+                free.then_some((*k, *nearest))
+            });
+            let Some((k, other)) = next else { return Ok(()) };
+            *searches.entry(k).or_default() += 1;
+            self.search_pair(k.min(other), k.max(other), &coarse)?;
+        }
+    }
+
+    fn search_pair(&mut self, a: usize, b: usize, coarse: &[Option<Surface>]) -> Result<(), Cancelled> {
+        let Some(fine) = self.two(a, b) else { return Ok(()) };
+        let Some((ca, cb)) = coarse[a].as_ref().zip(coarse[b].as_ref()) else { return Ok(()) };
+        let scales = Scales { fine, coarse: Two { a: ca, b: cb } };
+        let tried = search(&scales, &self.options, &self.run)?;
+        self.tried.insert((a, b), tried);
+        Ok(())
+    }
+
+    /// Whether a pair is thought to be right.
+    pub(super) fn is_good(&self, pair: &(usize, usize)) -> bool {
+        let fits = self.tried.get(pair).is_some_and(|t| t.fitted.is_some() && t.why_not.is_none());
+        fits && self.weights.get(pair).is_none_or(|w| *w >= LEAST_WEIGHT)
+    }
+
+    /// Views that good pairs connect: the largest such set, of equals the one with the first name.
+    pub(super) fn main_part(&self) -> BTreeSet<usize> {
+        let mut best = BTreeSet::new();
+        let mut seen = vec![false; self.views.len()];
+        for first in (0..self.views.len()).filter(|k| self.surfaces[*k].is_some() && self.left_out[*k].is_none()) {
+            if seen[first] {
+                continue;
+            }
+            let mut part = BTreeSet::from([first]);
+            let mut open = vec![first];
+            while let Some(at) = open.pop() {
+                seen[at] = true;
+                for (a, b) in self.tried.keys().filter(|(a, b)| (*a == at || *b == at) && self.is_good(&(*a, *b))) {
+                    let other = if *a == at { *b } else { *a };
+                    if self.left_out[other].is_none() && part.insert(other) {
+                        open.push(other);
+                    }
+                }
+            }
+            if part.len() > best.len() {
+                best = part;
+            }
+        }
+        best
+    }
+
+    /// Poses of the connected views by the graph of pairs.
+    fn connect(&mut self) {
+        self.weights.clear();
+        let members: Vec<usize> = self.main_part().into_iter().collect();
+        let mut poses = self.first_poses(&members);
+        let place = |view: usize| members.binary_search(&view).ok();
+        let (pairs, edges): (Vec<(usize, usize)>, Vec<Edge>) = self
+            .tried
+            .keys()
+            .filter(|pair| self.is_good(pair))
+            .filter_map(|pair| Some((*pair, self.edge(pair, place(pair.0)?, place(pair.1)?)?)))
+            .unzip();
+        let middles: Vec<Point3> = members.iter().filter_map(|k| Some(self.surfaces[*k].as_ref()?.middle)).collect();
+        let anchors = self.anchors(&members, &poses);
+        let weights = graph(&mut poses, &middles, &edges, &anchors);
+        let weights = weights.unwrap_or_else(|| vec![1.0; edges.len()]);
+        self.weights = pairs.into_iter().zip(weights).collect();
+        self.poses = vec![None; self.views.len()];
+        members.iter().zip(poses).for_each(|(k, pose)| self.poses[*k] = Some(pose));
+    }
+
+    pub(super) fn edge(&self, pair: &(usize, usize), a: usize, b: usize) -> Option<Edge> {
+        let fitted = self.tried.get(pair)?.fitted.as_ref()?;
+        let (b_from_a, centre) = (fitted.b_from_a, fitted.centre);
+        Some(Edge { a, b, b_from_a, centre, precision: fitted.precision, covariance: fitted.covariance })
+    }
+
+    /// Where the views of a part are thought to lie: by their priors, else by the pairs that lead to them.
+    fn first_poses(&self, members: &[usize]) -> Vec<Isometry3> {
+        let mut known: BTreeMap<usize, Isometry3> =
+            members.iter().filter_map(|k| Some((*k, self.priors[*k]?.world_from_view))).collect();
+        if known.is_empty() {
+            known.extend(members.first().map(|k| (*k, Isometry3::identity())));
+        }
+        let mut open: Vec<usize> = known.keys().copied().collect();
+        while let Some(at) = open.pop() {
+            for pair in self.tried.keys().filter(|(a, b)| *a == at || *b == at).filter(|p| self.is_good(p)) {
+                let Some(fitted) = self.tried[pair].fitted.as_ref() else { continue };
+                let (other, at_from_other) =
+                    if pair.0 == at { (pair.1, fitted.b_from_a.inverse()) } else { (pair.0, fitted.b_from_a) };
+                if !known.contains_key(&other) {
+                    known.insert(other, known[&at] * at_from_other);
+                    open.push(other);
+                }
+            }
+        }
+        members.iter().map(|k| known.get(k).copied().unwrap_or_else(Isometry3::identity)).collect()
+    }
+
+    /// What holds each view of a part beside the pairs.
+    pub(super) fn anchors(&self, members: &[usize], poses: &[Isometry3]) -> Vec<Anchor> {
+        let any_prior = members.iter().any(|k| self.priors[*k].is_some());
+        let anchor = |(at, k): (usize, &usize)| {
+            let surface = self.surfaces[*k].as_ref()?;
+            let noise = self.options.noise.unwrap_or(surface.noise).max(1e-6 * surface.extent);
+            let held = |world_from_view, rotation_sigma_rad, translation_sigma, follows| {
+                Some(Anchor { view: at, world_from_view, rotation_sigma_rad, translation_sigma, follows })
+            };
+            match &self.priors[*k] {
+                Some(p) => held(p.world_from_view, p.rotation_sigma_rad, p.translation_sigma, false),
+                None if !any_prior && at == 0 => held(poses[at], 1e-4 * noise / surface.extent, 1e-4 * noise, false),
+                None => {
+                    let loose = surface.half_size().min(LOOSE * noise);
+                    held(poses[at], loose / surface.extent, loose, true)
+                }
+            }
+        };
+        members.iter().enumerate().filter_map(anchor).collect()
+    }
+
+    /// Pairs that did not fit, or were never tried, again from the poses that the others gave.
+    fn try_again(&mut self) -> Result<(), Cancelled> {
+        let pose = |work: &Self, k: usize| work.poses[k];
+        let off = |work: &Self, k: usize| {
+            work.surfaces[k].as_ref().map_or(0.0, |s| 2.0 * s.spacing + 10.0 * work.options.noise.unwrap_or(s.noise))
+        };
+        let near: Vec<(usize, usize)> =
+            self.near(pose, |_, _| 0.0).into_iter().filter(|pair| !self.is_good(pair)).collect();
+        self.try_pairs(&near, pose, off)
+    }
+
+    /// All views that are connected refined together; one that does not agree with what its neighbours see is left out, and the others refined again.
+    fn settle(&mut self) -> Result<Option<Refined>, Cancelled> {
+        loop {
+            let members: Vec<usize> = self.main_part().into_iter().collect();
+            let mut poses: Vec<Isometry3> = members.iter().filter_map(|k| self.poses[*k]).collect();
+            let refined = self.refine(&members, &mut poses)?;
+            if !members.iter().any(|k| self.priors[*k].is_some()) {
+                hold_first(&mut poses);
+            }
+            self.poses = vec![None; self.views.len()];
+            members.iter().zip(poses).for_each(|(k, pose)| self.poses[*k] = Some(pose));
+            let Some((worst, why)) = verdict::worst(self)? else { return Ok(refined) };
+            self.left_out[worst] = Some(why);
+        }
+    }
+
+    fn refine(&self, members: &[usize], poses: &mut [Isometry3]) -> Result<Option<Refined>, Cancelled> {
+        let surfaces: Vec<&Surface> = members.iter().filter_map(|k| self.surfaces[*k].as_ref()).collect();
+        let place = |view: usize| members.binary_search(&view).ok();
+        let joined: Vec<Joined> = self
+            .tried
+            .iter()
+            .filter(|(pair, _)| self.is_good(pair))
+            .filter_map(|((a, b), tried)| {
+                let fitted = tried.fitted.as_ref()?;
+                let (scale, inflation) = (fitted.fit.scale, fitted.inflation);
+                Some(Joined { a: place(*a)?, b: place(*b)?, sample: &fitted.sample, scale, inflation })
+            })
+            .collect();
+        let anchors = self.anchors(members, poses);
+        refine(&surfaces, poses, &joined, &anchors, &self.options, &self.run)
+    }
+}
