@@ -8,8 +8,8 @@
 //! description leaves the order in which points are looked at open.
 //!
 //! **Way.** Cells as wide as the radius are cut into pieces of some ten thousand points. Each piece goes through its undecided points from the
-//! best to the worst. One with a better survivor in reach is dropped; one without, and without a better point that is still
-//! undecided, survives; else it waits for another piece. Decisions are final and each is right whenever it is made, so that pieces
+//! best to the worst. One without a better point in reach that survives or is still undecided survives, and drops all worse points in
+//! reach; else it waits for another piece. Decisions are final and each is right whenever it is made, so that pieces
 //! may run at the same time; rounds go on until nothing waits. The best undecided point of all never waits, so that every round
 //! decides something.
 
@@ -17,6 +17,7 @@ use super::cells::{Around, Cells, TooManyCells};
 use crate::geometry::Point3;
 use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
+use std::cmp::Ordering::{Equal, Greater, Less};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// A point's place in the ranking.
@@ -91,8 +92,17 @@ fn states(count: usize) -> Vec<AtomicU8> {
 /// Points of some neighbouring cells that are not decided yet, the best first, each with what lies around its cell.
 struct Piece {
     arounds: Vec<Around>,
-    /// Point, and which of the arounds is its cell's.
-    waiting: Vec<(u32, u32)>,
+    waiting: Vec<Waiting>,
+}
+
+/// A point that is not decided yet.
+struct Waiting {
+    /// Its score's key.
+    score: u64,
+    /// Which point.
+    point: u32,
+    /// Which of the arounds is its cell's.
+    around: u32,
 }
 
 struct Merge<'a> {
@@ -115,47 +125,57 @@ impl Merge<'_> {
         }
         let ends = firsts.iter().skip(1).copied().chain([self.cells.len()]);
         let ranges: Vec<(usize, usize)> = firsts.iter().copied().zip(ends).collect();
-        let piece = |(from, to): (usize, usize)| {
-            let mut arounds = Vec::with_capacity(to - from);
-            let mut waiting = Vec::new();
-            for (cell, around) in self.cells.walk(from).take(to - from) {
-                waiting.extend(self.cells.points(cell).map(|k| (k as u32, arounds.len() as u32)));
-                arounds.push(around);
-            }
-            waiting.sort_unstable_by_key(|(k, _)| self.keys[*k as usize]);
-            Piece { arounds, waiting }
-        };
-        ranges.into_par_iter().map(piece).collect()
+        ranges.into_par_iter().map(|(from, to)| self.piece(from, to)).collect()
+    }
+
+    fn piece(&self, from: usize, to: usize) -> Piece {
+        let mut arounds = Vec::with_capacity(to - from);
+        let mut waiting = Vec::with_capacity(2 * PIECE_POINTS);
+        for (cell, around) in self.cells.walk(from).take(to - from) {
+            let number = arounds.len() as u32;
+            let wait = |k: usize| Waiting { score: self.keys[k].0, point: k as u32, around: number };
+            waiting.extend(self.cells.points(cell).map(wait));
+            arounds.push(around);
+        }
+        let place = |w: &Waiting| self.keys[w.point as usize].1;
+        waiting.sort_unstable_by(|a, b| a.score.cmp(&b.score).then_with(|| place(a).cmp(&place(b))));
+        Piece { arounds, waiting }
     }
 
     /// Decides what can be decided of a piece; what is left of it, if anything.
     fn decide(&self, piece: Piece) -> Option<Piece> {
         let Piece { arounds, mut waiting } = piece;
-        waiting.retain(|(k, around)| {
-            let state = self.state_of(*k as usize, &arounds[*around as usize]);
-            self.states[*k as usize].store(state, Ordering::Relaxed);
-            state == UNDECIDED
-        });
+        let mut worse = Vec::new();
+        waiting.retain(|w| !self.is_decided(w.point as usize, &arounds[w.around as usize], &mut worse));
         (!waiting.is_empty()).then_some(Piece { arounds, waiting })
     }
 
-    /// What a point is by what is known of the better ones in reach.
-    fn state_of(&self, k: usize, around: &Around) -> u8 {
+    /// Whether a point is decided, now if it was not before. One that survives drops all worse ones in reach, so that only few points ever
+    /// look around. States are written once and never back: whoever reads an old one waits for no reason, and that is all.
+    fn is_decided(&self, k: usize, around: &Around, worse: &mut Vec<usize>) -> bool {
+        if self.states[k].load(Ordering::Relaxed) != UNDECIDED {
+            return true;
+        }
+        worse.clear();
         let (at, key) = (self.cells.positions[k], self.keys[k]);
-        let mut state = SURVIVES;
-        for row in around.rows() {
-            for j in row {
-                if (self.cells.positions[j] - at).norm_squared() > self.radius_squared || self.keys[j] >= key {
-                    continue;
+        for j in around.points() {
+            let state = self.states[j].load(Ordering::Relaxed);
+            if state == DROPPED || (self.cells.positions[j] - at).norm_squared() > self.radius_squared || j == k {
+                continue;
+            }
+            match (self.keys[j].cmp(&key), state) {
+                (Greater, _) => worse.push(j),
+                (Equal, _) => {}
+                (Less, SURVIVES) => {
+                    self.states[k].store(DROPPED, Ordering::Relaxed);
+                    return true;
                 }
-                match self.states[j].load(Ordering::Relaxed) {
-                    SURVIVES => return DROPPED,
-                    UNDECIDED => state = UNDECIDED,
-                    _ => {}
-                }
+                (Less, _) => return false,
             }
         }
-        state
+        self.states[k].store(SURVIVES, Ordering::Relaxed);
+        worse.iter().for_each(|j| self.states[*j].store(DROPPED, Ordering::Relaxed));
+        true
     }
 }
 
