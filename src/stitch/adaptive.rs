@@ -33,12 +33,22 @@ pub struct Rank {
 
 impl Rank {
     /// As numbers of which the smaller is better.
+    #[cfg(test)]
     fn key(&self) -> (u64, u64) {
+        (self.score_key(), self.place())
+    }
+
+    /// View and index as one number.
+    fn place(&self) -> u64 {
+        (u64::from(self.view) << 32) | u64::from(self.index)
+    }
+
+    /// The score as a number of which the smaller is better.
+    fn score_key(&self) -> u64 {
         // The order of bits is that of numbers, once negative ones are turned round; both zeros are one.
         let bits = (self.score + 0.0).to_bits();
         let rising = if bits >> 63 == 1 { !bits } else { bits | (1 << 63) };
-        let score = if self.score.is_nan() { u64::MAX } else { !rising };
-        (score, (u64::from(self.view) << 32) | u64::from(self.index))
+        if self.score.is_nan() { u64::MAX } else { !rising }
     }
 }
 
@@ -71,15 +81,16 @@ pub fn survivors(positions: &[Point3], ranks: &[Rank], radius: f64, run: &RunCon
     assert_eq!(positions.len(), ranks.len(), "a rank for every point");
     let cells = Cells::new(positions, radius)?;
     run.check()?;
-    let keys: Vec<(u64, u64)> = cells.order.par_iter().map(|k| ranks[*k as usize].key()).collect();
-    let merge = Merge { cells: &cells, keys: &keys, states: states(keys.len()), radius_squared: radius * radius };
+    let scores: Vec<u64> = cells.order.par_iter().map(|k| ranks[*k as usize].score_key()).collect();
+    let states = states(scores.len());
+    let merge = Merge { cells: &cells, ranks, scores: &scores, states, radius_squared: radius * radius };
     let mut pieces = merge.pieces();
     while !pieces.is_empty() {
         run.check()?;
         pieces = pieces.into_par_iter().filter_map(|piece| merge.decide(piece)).collect();
     }
     let survives = |k: &usize| merge.states[*k].load(Ordering::Relaxed) == SURVIVES;
-    let mut kept: Vec<u32> = (0..keys.len()).into_par_iter().filter(survives).map(|k| cells.order[k]).collect();
+    let mut kept: Vec<u32> = (0..scores.len()).into_par_iter().filter(survives).map(|k| cells.order[k]).collect();
     let place = |k: &u32| (ranks[*k as usize].view, ranks[*k as usize].index);
     kept.par_sort_unstable_by_key(place);
     Ok(kept)
@@ -89,26 +100,22 @@ fn states(count: usize) -> Vec<AtomicU8> {
     (0..count).map(|_| AtomicU8::new(UNDECIDED)).collect()
 }
 
-/// Points of some neighbouring cells that are not decided yet, the best first, each with what lies around its cell.
+/// Points of some neighbouring cells, with what lies around each cell.
 struct Piece {
+    /// The first of its points.
+    first: usize,
     arounds: Vec<Around>,
-    waiting: Vec<Waiting>,
-}
-
-/// A point that is not decided yet.
-struct Waiting {
-    /// Its score's key.
-    score: u64,
-    /// Which point.
-    point: u32,
-    /// Which of the arounds is its cell's.
-    around: u32,
+    /// Which of the arounds is that of each point's cell.
+    cell_of: Vec<u32>,
+    /// Points that are not decided yet, from the first one, the best first.
+    waiting: Vec<u32>,
 }
 
 struct Merge<'a> {
     cells: &'a Cells,
+    ranks: &'a [Rank],
     /// Of each point, in the order of the cells; smaller is better.
-    keys: &'a [(u64, u64)],
+    scores: &'a [u64],
     states: Vec<AtomicU8>,
     radius_squared: f64,
 }
@@ -129,25 +136,47 @@ impl Merge<'_> {
     }
 
     fn piece(&self, from: usize, to: usize) -> Piece {
+        let (first, end) = (self.cells.points(from).start, self.cells.points(to - 1).end);
         let mut arounds = Vec::with_capacity(to - from);
-        let mut waiting = Vec::with_capacity(2 * PIECE_POINTS);
+        let mut cell_of = Vec::with_capacity(end - first);
         for (cell, around) in self.cells.walk(from).take(to - from) {
-            let number = arounds.len() as u32;
-            let wait = |k: usize| Waiting { score: self.keys[k].0, point: k as u32, around: number };
-            waiting.extend(self.cells.points(cell).map(wait));
+            cell_of.resize(self.cells.points(cell).end - first, arounds.len() as u32);
             arounds.push(around);
         }
-        let place = |w: &Waiting| self.keys[w.point as usize].1;
-        waiting.sort_unstable_by(|a, b| a.score.cmp(&b.score).then_with(|| place(a).cmp(&place(b))));
-        Piece { arounds, waiting }
+        Piece { first, arounds, cell_of, waiting: self.by_rank(first, end) }
+    }
+
+    /// Points of a range from its first one on, the best first. Most of the order is told by the upper bits of the scores, which are sorted with the
+    /// points as one number; only scores that are equal in them (which of single precision means equal) are looked at whole.
+    fn by_rank(&self, first: usize, end: usize) -> Vec<u32> {
+        let bits = u64::BITS - ((end - first) as u64).leading_zeros();
+        let (upper, lower) = (!0 << bits, !(!0 << bits));
+        let tag = |k: usize| (self.scores[k] & upper) | (k - first) as u64;
+        let mut tagged: Vec<u64> = (first..end).map(tag).collect();
+        tagged.sort_unstable();
+        let key = |tag: &u64| {
+            let k = first + (tag & lower) as usize;
+            (self.scores[k], self.place(k))
+        };
+        let alike = tagged.chunk_by_mut(|a, b| a & upper == b & upper);
+        alike.filter(|run| run.len() > 1).for_each(|run| run.sort_unstable_by_key(key));
+        tagged.into_iter().map(|tag| (tag & lower) as u32).collect()
     }
 
     /// Decides what can be decided of a piece; what is left of it, if anything.
-    fn decide(&self, piece: Piece) -> Option<Piece> {
-        let Piece { arounds, mut waiting } = piece;
+    fn decide(&self, mut piece: Piece) -> Option<Piece> {
         let mut worse = Vec::new();
-        waiting.retain(|w| !self.is_decided(w.point as usize, &arounds[w.around as usize], &mut worse));
-        (!waiting.is_empty()).then_some(Piece { arounds, waiting })
+        let Piece { first, arounds, cell_of, waiting } = &mut piece;
+        waiting.retain(|k| {
+            let around = &arounds[cell_of[*k as usize] as usize];
+            !self.is_decided(*first + *k as usize, around, &mut worse)
+        });
+        (!piece.waiting.is_empty()).then_some(piece)
+    }
+
+    /// View and index of a point: of equal scores the lower one is better.
+    fn place(&self, k: usize) -> u64 {
+        self.ranks[self.cells.order[k] as usize].place()
     }
 
     /// Whether a point is decided, now if it was not before. One that survives drops all worse ones in reach, so that only few points ever
@@ -157,13 +186,14 @@ impl Merge<'_> {
             return true;
         }
         worse.clear();
-        let (at, key) = (self.cells.positions[k], self.keys[k]);
+        let (at, score) = (self.cells.positions[k], self.scores[k]);
         for j in around.points() {
             let state = self.states[j].load(Ordering::Relaxed);
             if state == DROPPED || (self.cells.positions[j] - at).norm_squared() > self.radius_squared || j == k {
                 continue;
             }
-            match (self.keys[j].cmp(&key), state) {
+            let order = self.scores[j].cmp(&score).then_with(|| self.place(j).cmp(&self.place(k)));
+            match (order, state) {
                 (Greater, _) => worse.push(j),
                 (Equal, _) => {}
                 (Less, SURVIVES) => {

@@ -68,22 +68,9 @@ impl Cells {
         if extent / side >= AXIS_CELLS - 1.0 {
             return Err(TooManyCells { extent, cell: side });
         }
-        let key = |p: &Point3| {
-            let [x, y, z]: [u64; 3] = std::array::from_fn(|k| ((p[k] - low[k]) / side) as u64 + 1);
-            (z << (2 * AXIS_BITS)) | (y << AXIS_BITS) | x
-        };
-        let mut tagged: Vec<(u64, u32)> = positions.par_iter().enumerate().map(|(k, p)| (key(p), k as u32)).collect();
-        tagged.par_sort_unstable();
-        let mut keys = Vec::new();
-        let mut starts = Vec::new();
-        for (k, (key, _)) in tagged.iter().enumerate() {
-            if keys.last() != Some(key) {
-                keys.push(*key);
-                starts.push(k as u32);
-            }
-        }
-        starts.push(tagged.len() as u32);
-        let order: Vec<u32> = tagged.into_par_iter().map(|(_, k)| k).collect();
+        let cell = |p: &Point3| -> [u64; 3] { std::array::from_fn(|k| ((p[k] - low[k]) / side) as u64 + 1) };
+        let last = if positions.is_empty() { [1; 3] } else { cell(&high) };
+        let (order, keys, starts) = sorted(positions, cell, last);
         let positions = order.par_iter().map(|k| positions[*k as usize]).collect();
         Ok(Self { order, positions, keys, starts })
     }
@@ -117,6 +104,51 @@ impl Cells {
         let middle = self.keys[cell].wrapping_add_signed((z << (2 * AXIS_BITS)) + (y << AXIS_BITS));
         [middle - 1, middle + 2]
     }
+}
+
+/// Indices of points by cell, then as given, with the cells' numbers and where each begins. `last` is the largest cell along each axis.
+///
+/// Cell and index are one number as long as they fit into 64 bits, which halves the time to sort them; else they are two.
+fn sorted(
+    positions: &[Point3],
+    cell: impl Fn(&Point3) -> [u64; 3] + Sync,
+    last: [u64; 3],
+) -> (Vec<u32>, Vec<u64>, Vec<u32>) {
+    let bits = |largest: u64| u64::BITS - largest.leading_zeros();
+    let ([x_bits, y_bits, z_bits], index_bits) = (last.map(bits), bits(positions.len() as u64));
+    let whole = |[x, y, z]: [u64; 3]| (z << (2 * AXIS_BITS)) | (y << AXIS_BITS) | x;
+    if x_bits + y_bits + z_bits + index_bits > u64::BITS {
+        let tag = |(k, p): (usize, &Point3)| (whole(cell(p)), k as u32);
+        let mut tagged: Vec<(u64, u32)> = positions.par_iter().enumerate().map(tag).collect();
+        tagged.par_sort_unstable();
+        let (keys, starts) = runs(tagged.iter().map(|(key, _)| *key), tagged.len());
+        return (tagged.into_par_iter().map(|(_, k)| k).collect(), keys, starts);
+    }
+    let tag = |(k, p): (usize, &Point3)| {
+        let [x, y, z] = cell(p);
+        (((((z << y_bits) | y) << x_bits) | x) << index_bits) | k as u64
+    };
+    let mut tagged: Vec<u64> = positions.par_iter().enumerate().map(tag).collect();
+    tagged.par_sort_unstable();
+    let (mut keys, starts) = runs(tagged.iter().map(|tag| tag >> index_bits), tagged.len());
+    let low = |value: u64, bits: u32| value & ((1 << bits) - 1);
+    for key in &mut keys {
+        *key = whole([low(*key, x_bits), low(*key >> x_bits, y_bits), *key >> (x_bits + y_bits)]);
+    }
+    (tagged.into_par_iter().map(|tag| low(tag, index_bits) as u32).collect(), keys, starts)
+}
+
+/// Numbers of cells that follow each other, each once, with the first point of each and one past the last.
+fn runs(cells: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>, Vec<u32>) {
+    let (mut keys, mut starts) = (Vec::new(), Vec::new());
+    for (k, key) in cells.enumerate() {
+        if keys.last() != Some(&key) {
+            keys.push(key);
+            starts.push(k as u32);
+        }
+    }
+    starts.push(count as u32);
+    (keys, starts)
 }
 
 /// Rows around a cell: steps along y and z. Its own comes first, then those that share a face with it.
@@ -181,6 +213,19 @@ mod tests {
             }
             assert_eq!(seen, points.len());
         }
+    }
+
+    /// Two million cells along each axis leave no room for the index beside them.
+    #[test]
+    fn cells_that_do_not_fit_beside_the_index_are_sorted_alike() {
+        let mut points = scattered(3000, 5, [9.0, 8.0, 3.0]);
+        let near = Cells::new(&points, 0.7).unwrap();
+        points.push(points.iter().fold(points[0], |low, p| low.inf(p)));
+        points.push(points[3000] + crate::geometry::Vector3::new(1e6, 1e6, 1e6));
+        let far = Cells::new(&points, 0.7).unwrap();
+        let of_near = |order: &[u32]| order.iter().copied().filter(|k| *k < 3000).collect::<Vec<u32>>();
+        assert_eq!(of_near(&far.order), near.order);
+        assert_eq!(far.order[3001], 3001);
     }
 
     #[test]
