@@ -9,7 +9,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::words as write;
 use crate::inspect::MapStatistics;
 use crate::report::palette::Scale;
-use egui::{Align2, Rect, Role, Stroke, Ui, WidgetInfo, vec2};
+use egui::{Align2, Rect, Role, Stroke, Ui, WidgetInfo, pos2, vec2};
 use egui_plot::{Bar, BarChart, LineStyle, VLine};
 
 /// Draws the histogram with mean and quantiles, its statistics below.
@@ -85,11 +85,22 @@ pub fn histogram_ui(
         ("results.p05", words.signed_mm(statistics.p05_mm)),
         ("results.p95", words.signed_mm(statistics.p95_mm)),
     ];
-    let each = foot.width() / figures.len() as f32;
-    for (k, (key, value)) in figures.into_iter().enumerate() {
-        let place = Rect::from_min_size(foot.min + vec2(k as f32 * each, 0.0), vec2(each, foot.height()));
-        let text = format!("{} {value}", words.text(key));
-        write::line(ui, place, Align2::CENTER_CENTER, &text, fonts::mono(size::NOTE), theme.text);
+    figures_ui(ui, foot, &figures.map(|(key, value)| format!("{} {value}", words.text(key))), scope);
+}
+
+/// Figures in a row, the room between them shared; smaller where they would not fit.
+fn figures_ui(ui: &mut Ui, place: Rect, figures: &[String], scope: &Scope) {
+    const GAP: f32 = 10.0;
+    let gaps = figures.len() as f32;
+    let all = write::width(ui, &figures.concat(), fonts::mono(size::NOTE));
+    let font = fonts::mono(size::NOTE * ((place.width() - GAP * gaps) / all).min(1.0));
+    let widths: Vec<f32> = figures.iter().map(|text| write::width(ui, text, font.clone())).collect();
+    let gap = (place.width() - widths.iter().sum::<f32>()) / gaps;
+    let mut left = place.left();
+    for (text, wide) in figures.iter().zip(widths) {
+        let at = Rect::from_min_size(pos2(left, place.top()), vec2(wide + gap, place.height()));
+        write::line(ui, at, Align2::CENTER_CENTER, text, font.clone(), scope.theme.text);
+        left = at.right();
     }
 }
 

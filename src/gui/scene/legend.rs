@@ -8,7 +8,7 @@ use crate::report::palette::{Rgb, Scale};
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 
 /// Width of the legend with its numbers, points.
-pub const WIDTH: f32 = 96.0;
+pub const WIDTH: f32 = 112.0;
 
 /// What a legend says beside its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
