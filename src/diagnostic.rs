@@ -71,6 +71,12 @@ impl Diagnostic {
         self.help = Some(help.into());
         self
     }
+
+    /// What was found and what to do in a row, without the place: `message; help`.
+    pub fn in_a_row(&self) -> String {
+        let help = self.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
+        format!("{}{help}", self.message)
+    }
 }
 
 impl fmt::Display for Diagnostic {

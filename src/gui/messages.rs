@@ -3,27 +3,28 @@
 use super::action::Action;
 use super::fonts;
 use super::scope::Scope;
+use super::text::Words;
 use super::theme::size;
 use super::widgets::buttons::{self, Weight};
 use super::widgets::{sign, words};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::report::words::{capital, clean};
+use crate::report::words::clean;
 use egui::{Align2, Frame, Panel, Rect, Ui, Vec2, pos2, vec2};
 
 /// A message as one text: place, what was found. The severity is told by its sign.
-pub(super) fn sentence(diagnostic: &Diagnostic) -> String {
-    let text = Diagnostic { help: None, ..diagnostic.clone() }.to_string();
+pub(super) fn sentence(diagnostic: &Diagnostic, words: &Words) -> String {
+    let text = Diagnostic { help: None, ..words.diagnostic(diagnostic) }.to_string();
     let text = text.strip_prefix("error: ").or_else(|| text.strip_prefix("warning: ")).unwrap_or(&text);
     text.to_owned()
 }
 
 /// Where it is, and what to do.
-fn note(message: &Diagnostic) -> String {
+fn note(message: &Diagnostic, words: &Words) -> String {
     let place = message.file.as_ref().map(|file| match message.line {
         Some(line) => format!("{}:{line}", file.display()),
         None => file.display().to_string(),
     });
-    let help = message.help.as_deref().map(capital);
+    let help = message.help.as_deref().map(|help| words.told(help));
     [place, help].into_iter().flatten().collect::<Vec<_>>().join("   ")
 }
 
@@ -51,11 +52,18 @@ pub(super) fn place_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     let wide = words::width(ui, close, fonts::semibold(size::BAR)) + 40.0;
     let button = inside.with_min_x(inside.right() - wide);
     let text = Rect::from_min_max(pos2(mark.right() + 14.0, inside.top()), button.left_bottom() - vec2(16.0, 0.0));
-    let what = capital(&clean(&message.message));
+    let what = scope.words.told(&message.message);
     let upper = text.with_max_y(text.center().y);
     words::line(ui, upper, Align2::LEFT_CENTER, &what, fonts::semibold(size::BAR), theme.text);
     let lower = text.with_min_y(text.center().y);
-    words::line(ui, lower, Align2::LEFT_CENTER, &clean(&note(message)), fonts::regular(size::BODY), theme.text);
+    words::line(
+        ui,
+        lower,
+        Align2::LEFT_CENTER,
+        &clean(&note(message, scope.words)),
+        fonts::regular(size::BODY),
+        theme.text,
+    );
     let font = fonts::semibold(size::BAR);
     if buttons::with_words(ui, "dismiss", button, Weight::Quiet, close, font, theme).clicked() {
         scope.ask(Action::Dismiss);

@@ -1,7 +1,17 @@
 //! All words of the window, by key, in three languages. A key is `section.name` of `assets/text/LANGUAGE.toml`.
 //!
-//! A key without a text fails a test, and so does a text that nobody asks for.
+//! A key without a text fails a test, and so does a text that nobody asks for. What the library says is English; [`Words::library`] finds
+//! it in the language's catalogue of the library's sentences.
 
+mod library;
+#[cfg(test)]
+mod library_tests;
+mod pattern;
+
+use self::library::Library;
+use crate::diagnostic::Diagnostic;
+use crate::report::words::{capital, clean};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
@@ -46,6 +56,15 @@ impl Language {
             Language::German => include_str!("../../assets/text/de.toml"),
         }
     }
+
+    /// The library's sentences under their English templates; none in English.
+    fn catalogue(self) -> &'static str {
+        match self {
+            Language::English => "",
+            Language::Swedish => include_str!("../../assets/text/library.sv.toml"),
+            Language::German => include_str!("../../assets/text/library.de.toml"),
+        }
+    }
 }
 
 /// The words of one language.
@@ -53,6 +72,7 @@ impl Language {
 pub struct Words {
     language: Language,
     texts: BTreeMap<String, String>,
+    library: Library,
 }
 
 impl Words {
@@ -73,7 +93,7 @@ impl Words {
                 }
             }
         }
-        Words { language, texts }
+        Words { language, texts, library: Library::read(language.catalogue()) }
     }
 
     /// Which language these are of.
@@ -107,6 +127,54 @@ impl Words {
         }
         filled.push_str(rest);
         filled
+    }
+
+    /// What the library says, in this language: refusals, reasons, gates, warnings, problems. Numbers are written as the language does,
+    /// names and paths stay as they are; a sentence that is not known stays English.
+    pub fn library<'t>(&self, text: &'t str) -> Cow<'t, str> {
+        match self.language {
+            Language::English => Cow::Borrowed(text),
+            Language::Swedish | Language::German => {
+                self.library.sentence(text, &|number| self.written(number)).map_or(Cow::Borrowed(text), Cow::Owned)
+            }
+        }
+    }
+
+    /// What the library says as a sentence of its own: with a capital letter, in one line.
+    pub fn told(&self, text: &str) -> String {
+        capital(&clean(&self.library(text)))
+    }
+
+    /// What the library says, and after a semicolon what to do.
+    pub fn with_help(&self, message: &str, help: Option<&str>) -> String {
+        let told = self.library(message);
+        help.map_or_else(|| told.clone().into_owned(), |help| format!("{told}; {}", self.library(help)))
+    }
+
+    /// A message in this language, its place as it is.
+    pub fn diagnostic(&self, told: &Diagnostic) -> Diagnostic {
+        Diagnostic {
+            message: self.library(&told.message).into_owned(),
+            help: told.help.as_deref().map(|help| self.library(help).into_owned()),
+            ..told.clone()
+        }
+    }
+
+    /// A number of the library as this language writes it.
+    fn written(&self, number: &str) -> String {
+        let plain = number.replace(',', "");
+        match (plain.parse(), plain.split_once('.')) {
+            (Ok(count), None) if !number.starts_with('+') => self.thousands(count),
+            _ => number.replace('.', ",").replace('-', "\u{2212}"),
+        }
+    }
+
+    /// A noun that begins with a capital letter, as it stands within a sentence: in German as it is.
+    pub fn noun_within(&self, noun: &str) -> String {
+        match self.language {
+            Language::German => noun.to_owned(),
+            Language::English | Language::Swedish => noun.to_lowercase(),
+        }
     }
 
     /// The text for a count: `KEY_one` for 1, else `KEY_other`; `{n}` is the count with its thousands parted.
@@ -293,6 +361,7 @@ mod tests {
         let _ = ctx.run_ui(egui::RawInput::default(), |_| {});
         let texts = Language::ALL.into_iter().flat_map(|l| Words::of(l).texts.values());
         let mut shown: BTreeSet<char> = texts.flat_map(|text| text.chars()).collect();
+        shown.extend(Language::ALL.into_iter().flat_map(|l| l.catalogue().chars()).filter(|c| !c.is_control()));
         shown.extend("µ±°Ø≤≥−…–åäöüßÅÄÖÜ\u{2009}".chars());
         let missing =
             |c: &char| [regular, semibold, bold].iter().any(|f| !ctx.fonts_mut(|g| g.has_glyph(&f(14.0), *c)));

@@ -112,22 +112,22 @@ fn is_hopeless(point: &ComparisonPoint, u_mm: f64) -> bool {
 }
 
 fn tolerance_warning(outlook: &Outlook, k: usize, u_mm: f64, cause: Cause, others: &[usize]) -> Diagnostic {
-    let source = if outlook.rig.is_some() { "by [rig]" } else { "without [rig]" };
     let point = &outlook.comparison[k];
-    let mut others_words = String::new();
+    let u_words = match outlook.rig {
+        Some(_) => format!("{} by [rig]", mm(u_mm)),
+        None => format!("{} without [rig]", mm(u_mm)),
+    };
+    let mut due = cause.words().to_owned();
     if !others.is_empty() {
         let names: Vec<&str> = others.iter().take(NAMES_TOLD).map(|k| outlook.comparison[*k].name.as_str()).collect();
         let more = if others.len() > NAMES_TOLD { ", …" } else { "" };
-        others_words = format!("; so it is at {} more: {}{more}", others.len(), names.join(", "));
+        let named = names.join(", ") + more;
+        due = format!("{due}; so it is at {} more: {named}", others.len());
     }
     let message = format!(
-        "[[comparison]] \"{}\": U (k = 2) is expected to be about {} {source}, too much for the tolerance from {} to {} mm: no \
-         deviation could pass. Most of it is due to {}{others_words}",
-        point.name,
-        mm(u_mm),
-        point.lower_mm,
-        point.upper_mm,
-        cause.words(),
+        "[[comparison]] \"{}\": U (k = 2) is expected to be about {u_words}, too much for the tolerance from {} to {} mm: no \
+         deviation could pass. Most of it is due to {due}",
+        point.name, point.lower_mm, point.upper_mm,
     );
     Diagnostic::warning(message).in_file(&point.file).at_line(point.line).with_help(cause.help())
 }

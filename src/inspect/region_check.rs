@@ -21,9 +21,10 @@ pub(super) fn check_regions(path: &Path, method: Option<&AlignmentMethod>, part:
     let told = match region_hold(part, side, fit) {
         Err(free) => {
             let motions: Vec<String> = free.iter().map(words).collect();
-            let verb = if free.len() == 1 { "stays" } else { "stay" };
-            let message =
-                format!("[[alignment.region]]: {} {verb} free, expected all to be held", motions.join(" and "));
+            let message = match motions.as_slice() {
+                [only] => format!("[[alignment.region]]: {only} stays free, expected all to be held"),
+                all => format!("[[alignment.region]]: {} stay free, expected all to be held", all.join(" and ")),
+            };
             let help = "add a region whose surface meets this motion, or keep it from the best fit with freeze";
             Some(Diagnostic::error(message).with_help(help))
         }

@@ -248,10 +248,11 @@ fn check_hold(table: &TableReader<'_>, line: usize, locks: &[(&Feature, UnitVect
     let words = |motion: &Twist| motion.in_words(&names);
     match hold(&rows, extent_mm) {
         Err(HoldError::Free(free)) => {
-            let verb = if free.len() == 1 { "stays" } else { "stay" };
             let motions: Vec<String> = free.iter().map(|motion| format!("the {}", words(motion))).collect();
-            let message =
-                format!("[alignment] rps: {} {verb} free, expected all six motions to be held", motions.join(" and "));
+            let message = match motions.as_slice() {
+                [only] => format!("[alignment] rps: {only} stays free, expected all six motions to be held"),
+                all => format!("[alignment] rps: {} stay free, expected all six motions to be held", all.join(" and ")),
+            };
             table.problems().error(line, message, "lock a direction that meets this motion, far from its axis");
             None
         }

@@ -97,8 +97,9 @@ pub(super) fn set_aside(folder: &Path, name: &str, damage: &Diagnostic) -> Resul
             .in_file(&path)
             .with_help("move it away, or give another folder with --out")
     })?;
-    let place = damage.line.map(|line| format!(" line {line}:")).unwrap_or_default();
-    let message = format!("cannot be used:{place} {}; kept as {}, a new one is begun", damage.message, aside.display());
+    let words = damage.message.as_str();
+    let damage = damage.line.map_or_else(|| words.to_owned(), |line| format!("line {line}: {words}"));
+    let message = format!("cannot be used: {damage}; kept as {}, a new one is begun", aside.display());
     Ok(Diagnostic::warning(message).in_file(&path).with_help("look what changed it; the scans are not concerned"))
 }
 

@@ -6,6 +6,7 @@ mod new_plan;
 mod picking;
 mod results;
 mod verdict;
+mod words;
 
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};
 use egui_kittest::Harness;

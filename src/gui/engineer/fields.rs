@@ -181,17 +181,17 @@ pub fn sentence_ui(ui: &mut Ui, scope: &Scope, told: &Diagnostic, indent: f32) {
         ui.add_space(indent);
         let (square, _) = ui.allocate_exact_size(Vec2::splat(16.0), egui::Sense::hover());
         sign::problem(ui.painter(), square, told.severity == Severity::Error, scope.theme);
-        let text = RichText::new(sentence(told)).size(size::NOTE).color(scope.theme.text);
+        let text = RichText::new(sentence(told, scope.words)).size(size::NOTE).color(scope.theme.text);
         ui.add(egui::Label::new(text).wrap());
     });
     ui.add_space(2.0);
 }
 
 /// What was found and what to do, without the place, which the field tells.
-pub fn sentence(told: &Diagnostic) -> String {
-    let what = capital(&clean(without_place(&told.message)));
+pub fn sentence(told: &Diagnostic, words: &Words) -> String {
+    let what = capital(&clean(without_place(&words.library(&told.message))));
     match &told.help {
-        Some(help) => format!("{what}. {}", capital(&clean(help))),
+        Some(help) => format!("{what}. {}", words.told(help)),
         None => what,
     }
 }

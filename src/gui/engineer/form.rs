@@ -54,7 +54,7 @@ fn draft_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: &E
     let what = labels::row_of_kind(scope.words, draft.list, kind);
     title_ui(ui, scope, &scope.words.fill("engineer.new_row", &[("what", what)]));
     if let Some(note) = &draft.note {
-        note_ui(ui, scope, &crate::report::words::capital(note));
+        note_ui(ui, scope, &scope.words.told(note));
     }
     let values = draft.spec.values(draft.list).into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
     let name = draft.spec.name.clone();

@@ -12,7 +12,7 @@ use crate::gui::scope::Scope;
 use crate::gui::theme::size;
 use crate::gui::widgets::{cards, sign, words as write};
 use crate::plan::document::{At, List, PlanProblem};
-use crate::report::words::{capital, clean};
+use crate::report::words::clean;
 use egui::{Align, Align2, Button, Id, Layout, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, pos2, vec2};
 
 const HEAD: f32 = 36.0;
@@ -118,8 +118,12 @@ fn problems_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing:
     all.sort_by_key(|p| std::cmp::Reverse(p.diagnostic.severity));
     for problem in all {
         let (told, error) = (&problem.diagnostic, problem.diagnostic.severity == Severity::Error);
-        let what = format!("{}: {}", subject(problem, scope, editing), clean(without_place(&told.message)));
-        let help = told.help.as_deref().map(|help| capital(&clean(help))).unwrap_or_default();
+        let what = format!(
+            "{}: {}",
+            subject(problem, scope, editing),
+            clean(without_place(&scope.words.library(&told.message)))
+        );
+        let help = told.help.as_deref().map(|help| scope.words.told(help)).unwrap_or_default();
         let go = scope.words.text("engineer.go_to_field");
         let clicked = entry_ui(ui, scope, Some(error), &what, &help, Some(go));
         if clicked {

@@ -42,7 +42,6 @@ use super::fonts;
 use super::scope::Scope;
 use super::theme::size;
 use super::widgets::words as write;
-use crate::report::words::capital;
 use egui::{Align2, Key, Modifiers, Rect, Ui};
 use layout::Breadth;
 
@@ -86,8 +85,8 @@ pub(super) fn body_ui(ui: &mut Ui, all: Rect, scope: &mut Scope, view: &mut Engi
 fn nothing_ui(ui: &mut Ui, scope: &Scope, view: &EngineerView) {
     let text = match &view.unreadable {
         Some(told) => {
-            let help = told.help.as_deref().map(capital).unwrap_or_default();
-            format!("{}. {help}", capital(&told.message))
+            let help = told.help.as_deref().map(|help| scope.words.told(help)).unwrap_or_default();
+            format!("{}. {help}", scope.words.told(&told.message))
         }
         None if scope.facts.plan_path.is_none() => scope.words.text("engineer.no_plan").to_owned(),
         None => scope.words.text("engineer.opening").to_owned(),

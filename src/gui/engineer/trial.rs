@@ -71,8 +71,8 @@ pub fn trial_ui(ui: &mut Ui, scope: &Scope, editing: &Editing) {
         Ok(trial) => trial,
         Err(told) => {
             let error = told.severity == Severity::Error;
-            let help = told.help.as_deref().map(crate::report::words::capital).unwrap_or_default();
-            entry_ui(ui, scope, Some(error), &crate::report::words::capital(&told.message), &help, None);
+            let help = told.help.as_deref().map(|help| words.told(help)).unwrap_or_default();
+            entry_ui(ui, scope, Some(error), &words.told(&told.message), &help, None);
             return;
         }
     };

@@ -128,7 +128,7 @@ fn run(app: &mut App, ctx: &egui::Context, replaced: Option<&Path>) {
                         Ok(path)
                     }
                     Err(SaveError::ChangedByOthers(_)) => Err(None),
-                    Err(SaveError::Failed(fault)) => Err(Some(fault.to_string())),
+                    Err(SaveError::Failed(told)) => Err(Some(told.in_a_row())),
                 }
             });
         }

@@ -107,10 +107,7 @@ impl Looking {
 
 fn words(fault: ReadError) -> String {
     match fault {
-        ReadError::Bad(told) | ReadError::CutOff(told) => {
-            let help = told.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
-            format!("{}{help}", told.message)
-        }
+        ReadError::Bad(told) | ReadError::CutOff(told) => told.in_a_row(),
         ReadError::Cancelled(cancelled) => cancelled.to_string(),
     }
 }

@@ -275,7 +275,11 @@ fn foot_ui(ui: &mut Ui, foot: Rect, scope: &mut Scope, assistant: &mut Assistant
         pos2(cancel.right() + 16.0, inner.top()),
         pos2(button(behind).left() - 16.0, inner.bottom()),
     );
-    let told = assistant.fault.clone().or_else(|| missing.map(|key| words.text(key).to_owned()));
+    let told = assistant
+        .fault
+        .as_deref()
+        .map(|fault| words.library(fault).into_owned())
+        .or_else(|| missing.map(|key| words.text(key).to_owned()));
     if let Some(told) = told {
         let colour = if assistant.fault.is_some() { scope.theme.fail } else { scope.theme.quiet };
         write::block(ui, between, Align2::RIGHT_CENTER, &told, fonts::regular(size::BODY), colour, 3);

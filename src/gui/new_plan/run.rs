@@ -116,8 +116,8 @@ fn problems_ui(ui: &mut Ui, editing: &Editing, scope: &Scope) {
     }
     for problem in &editing.problems {
         let d = &problem.diagnostic;
-        let help = d.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
-        fault(ui, &format!("{}{help}", d.message), d.severity == Severity::Error, scope.theme);
+        let told = scope.words.with_help(&d.message, d.help.as_deref());
+        fault(ui, &told, d.severity == Severity::Error, scope.theme);
     }
 }
 

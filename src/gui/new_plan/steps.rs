@@ -135,7 +135,7 @@ pub fn cad_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
     }
     progress_ui(ui, assistant, scope);
     if let Some(told) = assistant.entries.cad.fault.clone() {
-        fault(ui, &told, true, theme);
+        fault(ui, &words.library(&told), true, theme);
     }
     let Some(look) = assistant.entries.cad.look.clone() else { return };
     ui.add_space(10.0);
@@ -145,7 +145,7 @@ pub fn cad_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
     let kind = if look.thickness_mm.is_some() { "new_plan.is_solid" } else { "new_plan.is_face" };
     found(ui, words.text("new_plan.kind"), words.text(kind), theme);
     for warning in &look.part.warnings {
-        fault(ui, warning, false, theme);
+        fault(ui, &words.library(warning), false, theme);
     }
     ui.add_space(10.0);
     let size_in = |unit| size_words(CadLook::size_in(&look, unit), words);
@@ -165,16 +165,16 @@ pub fn scan_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
     }
     progress_ui(ui, assistant, scope);
     if let Some(told) = assistant.entries.scan.fault.clone() {
-        fault(ui, &told, true, theme);
+        fault(ui, &words.library(&told), true, theme);
     }
     let Some(look) = assistant.entries.scan.look.clone() else { return };
     ui.add_space(10.0);
     counts_ui(ui, &look, words, theme);
     if let Some(doubt) = &look.doubt {
-        fault(ui, doubt, false, theme);
+        fault(ui, &words.library(doubt), false, theme);
     }
     for warning in &look.scan.warnings {
-        fault(ui, warning, false, theme);
+        fault(ui, &words.library(warning), false, theme);
     }
     ui.add_space(10.0);
     let part_mm = look.part_mm.unwrap_or(0.0) / look.unit.in_mm();

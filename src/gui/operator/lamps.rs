@@ -40,7 +40,8 @@ pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope
     let head = Rect::from_min_max(place.min + vec2(16.0, 6.0), pos2(place.right() - 16.0, place.top() + 30.0));
     match &scope.facts.troubles.folder {
         Some(lost) => {
-            let text = format!("{}. {}", capital(&sentence(lost)), scope.words.text("operator.trying_again"));
+            let text =
+                format!("{}. {}", capital(&sentence(lost, scope.words)), scope.words.text("operator.trying_again"));
             words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BAR), theme.undecided_text);
         }
         None => {

@@ -158,13 +158,13 @@ fn idle_title(scope: &Scope) -> String {
 /// The lines below the steps, and how many of them there may be.
 fn note(scope: &Scope) -> (String, usize) {
     let (facts, words) = (scope.facts, scope.words);
-    let trouble = |d: &Diagnostic| (capital(&sentence(d)), 3);
+    let trouble = |d: &Diagnostic| (capital(&sentence(d, words)), 3);
     if let Some((_, lost)) = &facts.troubles.results {
         return trouble(lost);
     }
     if let Some((scan, why)) = &facts.troubles.waiting {
         let name = scan.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let values = [("scan", clean(&name)), ("why", clean(&why.message))];
+        let values = [("scan", clean(&name)), ("why", clean(&words.library(&why.message)))];
         return (words.fill("operator.not_whole", &values.each_ref().map(|(k, v)| (*k, v.as_str()))), 3);
     }
     match &facts.job {
@@ -193,7 +193,7 @@ fn idle_note(scope: &Scope) -> String {
     let facts = scope.facts;
     if let Some(end) = &facts.last_end {
         return match &end.error {
-            Some(error) => capital(&sentence(error)),
+            Some(error) => capital(&sentence(error, scope.words)),
             None if end.unwritten > 0 => scope.words.count("operator.unwritten", end.unwritten),
             None => String::new(),
         };

@@ -8,10 +8,10 @@ use crate::gui::action::Action;
 use crate::gui::facts::{Facts, Job};
 use crate::gui::fonts;
 use crate::gui::scope::Scope;
+use crate::gui::text::Words;
 use crate::gui::theme::size;
 use crate::gui::widgets::buttons::{self, Weight};
 use crate::gui::widgets::{cards, sign, words};
-use crate::report::words::capital;
 use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 
 /// Draws the card.
@@ -60,8 +60,8 @@ fn problems_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
     for (k, problem) in problems.iter().enumerate() {
         let left = inner.left() + 40.0;
         let wrapped = |text: String, font, colour| ui.painter().layout(text, font, colour, inner.right() - left);
-        let sentence = wrapped(capital(&problem.message), fonts::semibold(size::BODY), theme.text);
-        let note = wrapped(note(problem), fonts::regular(size::TABLE), theme.quiet);
+        let sentence = wrapped(words.told(&problem.message), fonts::semibold(size::BODY), theme.text);
+        let note = wrapped(note(problem, words), fonts::regular(size::TABLE), theme.quiet);
         let height = sentence.size().y + note.size().y + 12.0;
         // Room for the line that tells of the rest, unless this is the last one.
         let needed = height + if k + 1 < problems.len() { last_line } else { 0.0 };
@@ -83,8 +83,8 @@ fn problems_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
 }
 
 /// What to do about a problem, and where it stands.
-fn note(problem: &Diagnostic) -> String {
-    let help = problem.help.as_deref().map(capital);
+fn note(problem: &Diagnostic, words: &Words) -> String {
+    let help = problem.help.as_deref().map(|help| words.told(help));
     let name = problem.file.as_ref().and_then(|file| file.file_name()).map(|n| n.to_string_lossy().into_owned());
     let place = name.map(|name| problem.line.map_or(name.clone(), |line| format!("{name}:{line}")));
     [place, help].into_iter().flatten().collect::<Vec<_>>().join("   ")

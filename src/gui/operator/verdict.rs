@@ -128,7 +128,7 @@ fn of_part(part: &FinishedPart, words: &Words) -> Said {
     };
     let (sentence, note) = match &part.result.outcome {
         Outcome::Measured(inspection) => measured(inspection, words),
-        Outcome::Refused(refusal) => (capital(&refusal.reason), capital(&refusal.help)),
+        Outcome::Refused(refusal) => (words.told(&refusal.reason), words.told(&refusal.help)),
     };
     Said { sign, header, word, sentence, note, name }
 }
@@ -214,8 +214,8 @@ fn before_the_first(scope: &Scope) -> Said {
         Some(Err(fault)) => say(
             Sign::None,
             "verdict.not_ready",
-            capital(&fault.message),
-            fault.help.clone().map(|h| capital(&h)).unwrap_or_default(),
+            words.told(&fault.message),
+            fault.help.as_deref().map(|help| words.told(help)).unwrap_or_default(),
         ),
         None => say(Sign::Ready, "verdict.ready", String::new(), text("operator.press_run")),
     }

@@ -8,7 +8,7 @@ use crate::gui::theme::{Theme, size};
 use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::{cards, words};
 use crate::inspect::{Inspection, Outcome, PointResult, Verdict};
-use crate::report::words::{capital, clean, is_distance, worst_first};
+use crate::report::words::{clean, is_distance, worst_first};
 use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 
 /// Draws the card with so many rows at most.
@@ -22,13 +22,14 @@ pub(super) fn worst_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
             rows_ui(ui, place, &scope.words.fill(title, &[("n", &n)]), rows, &lines, scope.theme);
         }
         Outcome::Refused(refusal) => {
-            refused_ui(ui, place, &scope.words.fill("operator.why_refused", &[("n", &n)]), refusal, scope.theme);
+            refused_ui(ui, place, &scope.words.fill("operator.why_refused", &[("n", &n)]), refusal, scope);
         }
     }
 }
 
 /// Why a scan was refused and what to do, whole.
-fn refused_ui(ui: &mut Ui, place: Rect, title: &str, refusal: &Refusal, theme: &Theme) {
+fn refused_ui(ui: &mut Ui, place: Rect, title: &str, refusal: &Refusal, scope: &Scope) {
+    let theme = scope.theme;
     let inner = place.shrink2(vec2(20.0, 8.0));
     let head = inner.with_max_y(inner.top() + if place.height() > 150.0 { 34.0 } else { 22.0 });
     words::line(ui, head, Align2::LEFT_CENTER, title, fonts::semibold(size::BAR), theme.text);
@@ -36,12 +37,12 @@ fn refused_ui(ui: &mut Ui, place: Rect, title: &str, refusal: &Refusal, theme: &
     let rest = inner.with_min_y(head.bottom() + 8.0);
     let [large, small] = if place.height() > 150.0 { [20.0, size::BAR] } else { [size::BODY, size::BODY] };
     let rows = |height: f32, points: f32| ((height / (1.3 * points)) as usize).max(1);
-    let reason = capital(&clean(&refusal.reason));
+    let reason = scope.words.told(&refusal.reason);
     let upper = rest.with_max_y(rest.top() + 0.6 * rest.height());
     let lines = rows(upper.height(), large);
     let told = words::block(ui, upper, Align2::LEFT_TOP, &reason, fonts::semibold(large), theme.text, lines);
     let lower = rest.with_min_y(told.bottom() + 8.0);
-    let help = capital(&clean(&refusal.help));
+    let help = scope.words.told(&refusal.help);
     let lines = rows(lower.height(), small);
     words::block(ui, lower, Align2::LEFT_TOP, &help, fonts::regular(small), theme.text, lines);
 }
@@ -119,7 +120,7 @@ fn row(point: &PointResult, words: &Words) -> Row {
     let (sentence, note) = match &point.measurement {
         Some(measurement) => measured(point, measurement.deviation_mm, measurement.uncertainty_mm, &what, words),
         None => {
-            let reason = point.reason.as_deref().map(|r| capital(&clean(r))).unwrap_or_default();
+            let reason = point.reason.as_deref().map(|reason| words.told(reason)).unwrap_or_default();
             (words.fill("point.not_measured", &[("point", &what)]), reason)
         }
     };
@@ -168,7 +169,7 @@ fn measured(point: &PointResult, deviation_mm: f64, u_mm: f64, what: &str, words
             (words.fill("point.in", &[("point", what), ("percent", &percent)]), note)
         }
         _ => {
-            let reason = point.reason.as_deref().map(|r| capital(&clean(r))).unwrap_or(note);
+            let reason = point.reason.as_deref().map(|reason| words.told(reason)).unwrap_or(note);
             (words.fill("point.fail", &[("point", what)]), reason)
         }
     }

@@ -221,9 +221,9 @@ fn refused_ui(ui: &mut Ui, places: &Places, refusal: &crate::diagnostic::Refusal
     let at = others.fold(places.map, Rect::union);
     cards::card(ui, at, scope.theme);
     let text = Rect::from_center_size(at.center(), vec2((at.width() - 80.0).min(800.0), 200.0));
-    let reason = crate::report::words::capital(&refusal.reason);
+    let reason = scope.words.told(&refusal.reason);
     let first = write::block(ui, text, Align2::CENTER_TOP, &reason, fonts::semibold(size::HEADER), scope.theme.text, 4);
-    let help = crate::report::words::capital(&refusal.help);
+    let help = scope.words.told(&refusal.help);
     let below = text.with_min_y(first.bottom() + 16.0);
     write::block(ui, below, Align2::CENTER_TOP, &help, fonts::regular(size::CARD), scope.theme.quiet, 4);
 }

@@ -2,12 +2,12 @@
 
 use crate::gui::text::Words;
 use crate::inspect::{PointResult, Verdict};
-use crate::report::words::{capital, is_distance};
+use crate::report::words::is_distance;
 
-/// The sentences of a point, in the language of the words. A reason that the inspection gave stands as it is on the command line.
+/// The sentences of a point, in the language of the words. A reason that the inspection gave comes from the library.
 pub fn of_point(point: &PointResult, words: &Words) -> String {
     let Some(m) = &point.measurement else {
-        let reason = point.reason.as_deref().map(capital);
+        let reason = point.reason.as_deref().map(|reason| words.told(reason));
         return reason.unwrap_or_else(|| words.text("results.no_reason").to_owned());
     };
     let d = m.deviation_mm;
@@ -46,7 +46,7 @@ pub fn of_point(point: &PointResult, words: &Words) -> String {
     // An undecided point may have a reason of its own, beside the nearness of a limit.
     match (&point.reason, point.verdict) {
         (Some(reason), Verdict::Undecided) if past.abs() > m.uncertainty_mm => {
-            format!("{place}, {limit}. {}", capital(reason))
+            format!("{place}, {limit}. {}", words.told(reason))
         }
         _ => format!("{place}, {limit}. {verdict}"),
     }

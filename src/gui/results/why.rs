@@ -13,7 +13,6 @@ use crate::gui::widgets::sign::{self, Sign};
 use crate::gui::widgets::{cards, words as write};
 use crate::inspect::{Budget, Inspection, PointResult, Verdict};
 use crate::measure::{Gate, Rule, WindowShare};
-use crate::report::words::capital;
 use egui::{Align, Align2, Grid, Label, Layout, Rect, RichText, ScrollArea, Ui, vec2};
 
 /// Draws the card of a point, or what to do to see one.
@@ -51,7 +50,7 @@ fn head_ui(ui: &mut Ui, head: Rect, point: &PointResult, words: &Words, theme: &
     let title = format!(
         "{}, {}, {}",
         point.name,
-        words.text(kind_key(point.kind)).to_lowercase(),
+        words.noun_within(words.text(kind_key(point.kind))),
         verdict_word(point.verdict, words).to_lowercase()
     );
     let copy = head.with_min_x(head.right() - 90.0);
@@ -127,7 +126,7 @@ fn gates_ui(ui: &mut Ui, point: &PointResult, words: &Words, theme: &Theme) {
             } else {
                 (fonts::semibold(size::TABLE), theme.text)
             };
-            let name = RichText::new(capital(gate.name)).font(font).color(colour);
+            let name = RichText::new(words.told(gate.name)).font(font).color(colour);
             ui.scope(|ui| {
                 ui.set_width(gate_width);
                 ui.add(Label::new(name).wrap());
@@ -235,7 +234,7 @@ fn as_text(point: &PointResult, words: &Words) -> String {
     }
     for gate in in_order(&point.card.gates) {
         let [value, limit] = gate_numbers(gate, words);
-        lines.push(format!("{}\t{value}\t{limit}", capital(gate.name)));
+        lines.push(format!("{}\t{value}\t{limit}", words.told(gate.name)));
     }
     lines.join("\n")
 }

@@ -132,7 +132,7 @@ fn told_ui(ui: &mut Ui, form: &CsvExport, scope: &Scope) {
             ui.label(words.fill("tables.written", &[("file", &name(path))]));
         }
         Some(Written::Taken(path)) => fault_ui(ui, &words.fill("tables.taken", &[("file", &name(path))]), scope.theme),
-        Some(Written::Failed(fault)) => fault_ui(ui, fault, scope.theme),
+        Some(Written::Failed(fault)) => fault_ui(ui, &scope.words.library(fault), scope.theme),
         None => {}
     }
 }
@@ -148,7 +148,7 @@ fn write(ui: &Ui, form: &mut CsvExport, points: &[ComparisonPoint]) {
         }
         match atomic::write(&path, text.as_bytes()) {
             Ok(()) => Written::Done(path),
-            Err(fault) => Written::Failed(fault.to_string()),
+            Err(fault) => Written::Failed(fault.in_a_row()),
         }
     });
 }

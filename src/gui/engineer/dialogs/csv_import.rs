@@ -112,13 +112,13 @@ fn import_ui(ui: &mut Ui, form: &mut CsvImport, document: &Document, scope: &mut
     let in_box = source_ui(ui, form, document, scope);
     read(ui, form, document);
     if let Some(fault) = &form.fault {
-        fault_ui(ui, fault, scope.theme);
+        fault_ui(ui, &words.library(fault), scope.theme);
     }
     let may = match (&form.told, form.reading.is_busy()) {
         (_, true) => Err(words.text("tables.reading").to_owned()),
         (None, false) => Err(words.text("tables.paste_first").to_owned()),
         (Some((_, Err(fault))), false) => {
-            fault_ui(ui, &format!("{fault}; {}", fault.help()), scope.theme);
+            fault_ui(ui, &words.with_help(&fault.to_string(), Some(fault.help())), scope.theme);
             Err(words.text("tables.cannot").to_owned())
         }
         (Some((_, Ok(import))), false) => {
@@ -259,8 +259,8 @@ fn preview_ui(ui: &mut Ui, import: &Import, words: &Words, theme: &Theme) {
     ScrollArea::both().id_salt("import").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
         for problem in &import.problems {
             let line = problem.line.map(|n| format!("{} ", words.fill("tables.line", &[("n", &n.to_string())])));
-            let help = problem.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
-            let text = format!("{}{}{help}", line.unwrap_or_default(), problem.message);
+            let told = words.with_help(&problem.message, problem.help.as_deref());
+            let text = format!("{}{told}", line.unwrap_or_default());
             if problem.severity == Severity::Error {
                 fault_ui(ui, &text, theme);
             } else {

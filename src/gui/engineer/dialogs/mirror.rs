@@ -136,7 +136,7 @@ fn foretell_ui(
         }
         Some(Ok(_)) | None => Err(words.text("tables.no_rows").to_owned()),
         Some(Err(fault)) => {
-            let told = format!("{fault}; {}", fault.help());
+            let told = words.with_help(&fault.to_string(), Some(fault.help()));
             fault_ui(ui, &told, scope.theme);
             Err(words.text("tables.cannot").to_owned())
         }

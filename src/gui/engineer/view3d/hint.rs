@@ -112,7 +112,7 @@ pub fn reason(why: &NoProposal, words: &Words) -> String {
             let (length, width) = (words.number(*length_mm, 2), words.number(*width_mm, 2));
             words.fill("pick.none_round", &[("length", &length), ("width", &width)])
         }
-        NoProposal::Unfitted(why) => words.fill("pick.none_fitted", &[("why", &why.to_string())]),
+        NoProposal::Unfitted(why) => words.fill("pick.none_fitted", &[("why", &words.library(&why.to_string()))]),
     }
 }
 
