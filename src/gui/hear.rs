@@ -131,10 +131,9 @@ fn sequence(app: &mut App, event: worker::Event) {
 fn problems_told(app: &mut App, problems: Vec<Diagnostic>) {
     let facts = &mut app.facts;
     for problem in problems {
-        if !facts.problems.contains(&problem) && !facts.run_problems.contains(&problem) {
-            if problem.severity == Severity::Error || facts.message.is_none() {
-                facts.message = Some(problem.clone());
-            }
+        let is_news = !facts.problems.contains(&problem) && !facts.run_problems.contains(&problem);
+        if is_news && (problem.severity == Severity::Error || facts.message.is_none()) {
+            facts.message = Some(problem.clone());
         }
         if !facts.run_problems.contains(&problem) {
             facts.run_problems.push(problem);

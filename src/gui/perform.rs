@@ -142,10 +142,10 @@ fn run(app: &mut App, scans: Vec<PathBuf>) {
         Err("operator.running_already" | "operator.not_while_opening") => return,
         // It may have been mended meanwhile.
         Err("operator.plan_has_errors") if scans.is_empty() => {
-            return match app.facts.plan_path.clone() {
-                Some(path) => engineer::reload(app, path),
-                None => {}
-            };
+            if let Some(path) = app.facts.plan_path.clone() {
+                engineer::reload(app, path);
+            }
+            return;
         }
         Err(why) => {
             let why = super::text::Words::of(app.settings.language).text(why);
