@@ -77,6 +77,77 @@ pub fn place(points: &[[f64; 2]], margins: &[Margin], room: &Room) -> Vec<Flag> 
     flags
 }
 
+/// Places the flags as `place` does, and keeps them off what is taken of each margin (left, right): heights from, to.
+/// Points that find no room get none, the last ones first.
+pub fn place_around(points: &[[f64; 2]], margins: &[Margin], room: &Room, taken: [&[[f64; 2]]; 2]) -> Vec<Flag> {
+    let mut flags = Vec::new();
+    for (margin, taken) in [Margin::Left, Margin::Right].into_iter().zip(taken) {
+        let mut mine: Vec<usize> = (0..points.len()).filter(|&i| margins[i] == margin).collect();
+        let heights = loop {
+            let mut wished: Vec<f64> = mine.iter().map(|&i| points[i][1]).collect();
+            wished.sort_by(f64::total_cmp);
+            match spread_around(&wished, room, taken) {
+                Some(heights) => break heights,
+                None => mine.truncate(mine.len().saturating_sub(1)),
+            }
+        };
+        mine.sort_by(|&a, &b| points[a][1].total_cmp(&points[b][1]));
+        uncross(&mut mine, points, &heights, room.inner_x(margin));
+        flags.extend(mine.iter().zip(&heights).map(|(&point, &y)| Flag { point, margin, y }));
+    }
+    flags
+}
+
+/// Steps in which heights are looked for, in a pitch.
+const STEPS: f64 = 16.0;
+
+/// Heights as near as possible (least squares, in steps) to the wished ones, which ascend, at least a pitch apart, inside the room and half
+/// a pitch off what is taken; `None` = they have no room. The best heights of the first k flags that end at a step, for one flag after the
+/// other.
+fn spread_around(wished: &[f64], room: &Room, taken: &[[f64; 2]]) -> Option<Vec<f64>> {
+    if wished.is_empty() {
+        return Some(Vec::new());
+    }
+    let (step, off) = (room.pitch / STEPS, 0.5 * room.pitch);
+    let count = ((room.bottom - room.top) / step + 1e-9).floor();
+    if !(0.0..1e5).contains(&count) {
+        return None;
+    }
+    let heights: Vec<f64> = (0..=count as usize).map(|k| room.top + k as f64 * step).collect();
+    let is_free = |y: &f64| taken.iter().all(|[from, to]| y + off <= *from || y - off >= *to);
+    let free: Vec<bool> = heights.iter().map(is_free).collect();
+    // For each flag, the best cost up to each step and the step where it was reached.
+    let mut best: Vec<Vec<(f64, usize)>> = Vec::with_capacity(wished.len());
+    for (k, wish) in wished.iter().enumerate() {
+        let mut so_far = (f64::INFINITY, 0);
+        let line = (0..heights.len()).map(|s| {
+            let before = match (k, s.checked_sub(STEPS as usize)) {
+                (0, _) => 0.0,
+                (_, Some(s)) => best[k - 1][s].0,
+                (_, None) => f64::INFINITY,
+            };
+            let cost = before + (heights[s] - wish).powi(2);
+            if free[s] && cost < so_far.0 {
+                so_far = (cost, s);
+            }
+            so_far
+        });
+        let line = line.collect();
+        best.push(line);
+    }
+    let mut end = heights.len() - 1;
+    let mut found = vec![0.0; wished.len()];
+    for k in (0..wished.len()).rev() {
+        let (cost, s) = best[k][end];
+        if cost.is_infinite() {
+            return None;
+        }
+        found[k] = heights[s];
+        end = s.saturating_sub(STEPS as usize);
+    }
+    Some(found)
+}
+
 /// Heights as near as possible (least squares) to the wished ones, which ascend, at least a pitch apart, inside the room:
 /// pooling of neighbours that are too close, then a shift into the room.
 fn spread(wished: &[f64], room: &Room) -> Vec<f64> {
@@ -151,6 +222,57 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn flags_keep_off_what_is_taken_and_the_first_ones_stay() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let mut unit = move || f64::from(rng.next_u32()) / f64::from(u32::MAX);
+        let mut dropped = 0;
+        for round in 0..2000 {
+            let points: Vec<[f64; 2]> = (0..round % 12).map(|_| [600.0 * unit(), 400.0 * unit()]).collect();
+            let room = Room { left_x: 120.0, right_x: 480.0, top: 20.0, bottom: 380.0, pitch: 34.0 };
+            let mut taken = || -> Vec<[f64; 2]> {
+                let from = (0..round % 7).map(|_| 400.0 * unit()).collect::<Vec<_>>();
+                from.into_iter().map(|y| [y, y + 10.0 + 60.0 * unit()]).collect()
+            };
+            let taken = [taken(), taken()];
+            let margins = split(&points, 300.0, room.capacity());
+            let flags = place_around(&points, &margins, &room, [&taken[0], &taken[1]]);
+            dropped += points.len() - flags.len();
+            let start = |f: &Flag| [room.inner_x(f.margin), f.y];
+            for (k, a) in flags.iter().enumerate() {
+                let side = &taken[usize::from(a.margin == Margin::Right)];
+                assert!(a.y >= room.top - 1e-9 && a.y <= room.bottom + 1e-9);
+                assert!(side.iter().all(|[from, to]| a.y + 17.0 <= *from || a.y - 17.0 >= *to), "round {round}");
+                for b in &flags[k + 1..] {
+                    assert!(a.margin != b.margin || (a.y - b.y).abs() >= room.pitch - 1e-9, "round {round}: overlap");
+                    assert!(!cross(start(a), points[a.point], start(b), points[b.point]), "round {round}: crossing");
+                }
+            }
+            // Who is left out comes after all who stay in that margin.
+            for (point, margin) in margins.iter().enumerate() {
+                let stays = |p: usize| flags.iter().any(|f| f.point == p);
+                assert!(stays(point) || flags.iter().all(|f| f.margin != *margin || f.point < point));
+            }
+        }
+        assert!(dropped > 0, "some rounds had no room");
+    }
+
+    #[test]
+    fn flags_that_have_room_stand_within_a_step_of_their_points() {
+        let room = Room { left_x: 42.0, right_x: 143.0, top: 82.0, bottom: 175.0, pitch: 7.8 };
+        let points = [[50.0, 100.0], [60.0, 130.0], [120.0, 115.0]];
+        let margins = split(&points, 92.0, 8);
+        for flag in place_around(&points, &margins, &room, [&[], &[]]) {
+            assert!((flag.y - points[flag.point][1]).abs() <= 0.5 * room.pitch / STEPS + 1e-9, "{flag:?}");
+        }
+        // A marker at the first point's own height moves its flag just past it.
+        let around = place_around(&points[..1], &margins[..1], &room, [&[[95.0, 104.0]], &[]]);
+        assert!(
+            (around[0].y - 108.0).abs() <= room.pitch / STEPS + 1e-9 || (around[0].y - 91.0).abs() < 0.6,
+            "{around:?}"
+        );
     }
 
     #[test]
