@@ -141,7 +141,9 @@ fn column(inside: Rect) -> Places {
     let worst = (bottom - top >= 220.0 + 104.0 + 76.0 + worst_height + 3.0 * gap)
         .then(|| edges(left, bottom - worst_height, right, bottom));
     let bottom = worst.map_or(bottom, |w| w.top() - gap);
-    let button = edges(left, bottom - 104.0, left + 0.5 * (right - left - gap), bottom);
+    // In a low window the verdict gets what the button can spare: 88 is enough for gloves.
+    let high = if inside.height() < 480.0 { 88.0 } else { 104.0 };
+    let button = edges(left, bottom - high, left + 0.5 * (right - left - gap), bottom);
     let now = edges(button.right() + gap, button.top(), right, bottom);
     Places {
         form: Form::Column,

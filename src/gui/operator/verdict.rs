@@ -59,6 +59,24 @@ fn largest_word(form: Form) -> f32 {
     }
 }
 
+/// The size that the word keeps before lines below it are cut short or leave: it is read from three metres, they are not.
+fn least_word(form: Form) -> f32 {
+    match form {
+        Form::Full => 150.0,
+        Form::Compact => 110.0,
+        Form::Column => 64.0,
+        Form::Bare => 48.0,
+    }
+}
+
+/// How many lines of sentence and note stand below the word in the height that it leaves. A long reason takes a second line of each where there
+/// is room; the sentence never leaves.
+fn lines_below(room: f32, [sentence, note]: [f32; 2], long: bool) -> [usize; 2] {
+    let choices: &[[usize; 2]] = if long { &[[2, 2], [2, 1], [1, 1], [1, 0]] } else { &[[1, 1], [1, 0]] };
+    let fits = |[s, n]: &&[usize; 2]| *s as f32 * sentence + *n as f32 * note <= room;
+    choices.iter().find(fits).copied().unwrap_or([1, 0])
+}
+
 /// The sign gives way to the word first, down to a share of its height.
 fn split(ui: &Ui, inner: Rect, form: Form, said: &Said) -> (Rect, Rect) {
     let (largest, least) = match form {
@@ -76,30 +94,39 @@ fn split(ui: &Ui, inner: Rect, form: Form, said: &Said) -> (Rect, Rect) {
     (sign, inner.with_min_x(sign.right() + gap))
 }
 
-fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
-    let theme = scope.theme;
-    let (head, sentence, note) = match form {
+/// Sizes of header, sentence and note.
+fn sizes(form: Form) -> (f32, f32, f32) {
+    match form {
         Form::Full => (28.0, size::NOW, size::HEADER),
         Form::Compact => (size::HEADER - 2.0, size::HEADER, size::CARD),
         Form::Column => (size::CARD, size::CARD, size::BODY),
         Form::Bare => (size::BODY, size::BODY, 0.0),
-    };
+    }
+}
+
+fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
+    let theme = scope.theme;
+    let (head, sentence, note) = sizes(form);
     let line = |points: f32| 1.4 * points;
     let top = Rect::from_min_size(place.min, vec2(place.width(), line(head)));
     words::line(ui, top, Align2::LEFT_CENTER, &said.header, fonts::semibold(head), theme.text);
-    // A long reason takes a second line, and the word gives way.
     let refused = said.sign == Sign::Refused;
-    let lines = if refused && form != Form::Bare { 2 } else { 1 };
-    let note_height = line(note) * lines as f32;
-    let bottom = place.bottom() - note_height;
-    let note_place = Rect::from_min_max(pos2(place.left(), bottom), place.max);
     let sentence_size = if refused { (0.75 * sentence).max(size::NOTE) } else { sentence };
+    let widest = words::fitting_size(ui, &said.word, fonts::bold, place.width(), largest_word(form), 40.0);
+    let below = place.height() - line(head) - least_word(form).min(widest);
+    let [lines, note_lines] = lines_below(below, [line(sentence_size), line(note)], refused && form != Form::Bare);
+    // What needs one line leaves the other to the word.
+    let needed = |text: &str, font| if words::width(ui, text, font) < place.width() - 1.0 { 1 } else { 2 };
+    let lines = lines.min(needed(&said.sentence, fonts::semibold(sentence_size)));
+    let note_lines = note_lines.min(needed(&said.note, fonts::regular(note.max(1.0))));
+    let bottom = place.bottom() - line(note) * note_lines as f32;
+    let note_place = Rect::from_min_max(pos2(place.left(), bottom), place.max);
     let sentence_height = line(sentence_size) * lines as f32;
     let at = Rect::from_min_max(pos2(place.left(), bottom - sentence_height), pos2(place.right(), bottom));
     let font = fonts::semibold(sentence_size);
     words::block(ui, at, Align2::LEFT_CENTER, &said.sentence, font, theme.text, lines);
-    if note > 0.0 {
-        words::block(ui, note_place, Align2::LEFT_CENTER, &said.note, fonts::regular(note), theme.text, lines);
+    if note > 0.0 && note_lines > 0 {
+        words::block(ui, note_place, Align2::LEFT_CENTER, &said.note, fonts::regular(note), theme.text, note_lines);
     }
     let room = Rect::from_min_max(top.left_bottom(), at.right_top());
     // A letter that hangs below the line must not touch the sentence.
@@ -137,12 +164,19 @@ fn of_part(part: &FinishedPart, words: &Words) -> Said {
 fn measured(inspection: &Inspection, words: &Words) -> (String, String) {
     let counts = Counts::of(&inspection.points);
     let of = words.thousands(counts.total());
-    let sentence = |key: &str, n: usize| words.fill(key, &[("n", &words.thousands(n)), ("of", &of)]);
+    let sentence = |key: &str, only: &str, n: usize| match counts.total() {
+        1 => words.text(only).to_owned(),
+        _ => words.fill(key, &[("n", &words.thousands(n)), ("of", &of)]),
+    };
     let (sentence, to_do) = match inspection.verdict {
-        Verdict::Fail => (sentence("operator.out", counts.fail), "operator.do_fail"),
-        Verdict::NotMeasured => (sentence("operator.unmeasured", counts.not_measured), "operator.do_incomplete"),
-        Verdict::Undecided => (sentence("operator.undecided", counts.undecided), "operator.do_undecided"),
-        Verdict::Pass => (sentence("operator.all_in", counts.pass), ""),
+        Verdict::Fail => (sentence("operator.out", "operator.only_out", counts.fail), "operator.do_fail"),
+        Verdict::NotMeasured => {
+            (sentence("operator.unmeasured", "operator.only_unmeasured", counts.not_measured), "operator.do_incomplete")
+        }
+        Verdict::Undecided => {
+            (sentence("operator.undecided", "operator.only_undecided", counts.undecided), "operator.do_undecided")
+        }
+        Verdict::Pass => (sentence("operator.all_in", "operator.only_in", counts.pass), ""),
     };
     let others = [
         (counts.not_measured, Verdict::NotMeasured, "operator.n_unmeasured"),
@@ -218,5 +252,34 @@ fn before_the_first(scope: &Scope) -> Said {
             fault.help.as_deref().map(|help| words.told(help)).unwrap_or_default(),
         ),
         None => say(Sign::Ready, "verdict.ready", String::new(), text("operator.press_run")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gui::operator::layout::places;
+
+    /// Every window from 853 x 533 (1280 x 800 at 150 %) up: the word is larger than anything else on the card, also beside a long reason.
+    #[test]
+    fn the_word_of_a_refused_part_stays_large() {
+        for (width, height, least) in [(853, 441, 64.0), (800, 508, 64.0), (1280, 708, 110.0), (1920, 980, 150.0)] {
+            let inside = Rect::from_min_size(pos2(0.0, 0.0), vec2(width as f32, height as f32));
+            let places = places(inside);
+            let (head, sentence, note) = sizes(places.form);
+            let height = places.verdict.height() - 28.0 - 1.4 * head;
+            let lines = [1.4 * 0.75 * sentence, 1.4 * note];
+            let [s, n] = lines_below(height - least_word(places.form), lines, true);
+            assert!(s >= 1 && n >= 1, "{width}: {s} and {n} lines");
+            let word = height - s as f32 * lines[0] - n as f32 * lines[1];
+            assert!(word >= least && word > 2.0 * head, "{width}: {word}");
+        }
+    }
+
+    #[test]
+    fn lines_give_way_one_after_the_other() {
+        let of = |room: f32| lines_below(room, [20.0, 10.0], true);
+        assert_eq!([of(60.0), of(50.0), of(49.0), of(29.0), of(0.0)], [[2, 2], [2, 1], [1, 1], [1, 0], [1, 0]]);
+        assert_eq!([lines_below(30.0, [20.0, 10.0], false), lines_below(29.0, [20.0, 10.0], false)], [[1, 1], [1, 0]]);
     }
 }

@@ -130,9 +130,13 @@ pub fn switch(ui: &mut Ui, place: Rect, on: bool, can: bool, words: [&str; 2], t
     if note.is_empty() {
         painter.text(text.left_center(), Align2::LEFT_CENTER, title, font, theme.text);
     } else {
-        painter.text(text.left_center(), Align2::LEFT_BOTTOM, title, font, theme.text);
-        let at = text.left_center() + Vec2::new(0.0, 3.0);
-        painter.text(at, Align2::LEFT_TOP, note, fonts::regular(15.0), theme.quiet);
+        // A note that is longer than its place takes a second line.
+        let at = |points: f32| ui.painter().layout(note.to_owned(), fonts::regular(points), theme.quiet, text.width());
+        let long = at(15.0).rows.len() > 1;
+        let galley = if long { at(13.0) } else { at(15.0) };
+        let middle = text.center().y - if long { 8.0 } else { 0.0 };
+        painter.text(pos2(text.left(), middle), Align2::LEFT_BOTTOM, title, font, theme.text);
+        painter.galley(pos2(text.left(), middle + 3.0), galley, theme.quiet);
     }
     response
 }

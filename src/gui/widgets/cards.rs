@@ -31,6 +31,10 @@ pub fn bar(ui: &Ui, place: Rect, share: f32, fill: egui::Color32, theme: &Theme)
 pub fn steps(ui: &mut Ui, place: Rect, names: &[&str], at: Option<usize>, theme: &Theme) {
     let gap = 6.0;
     let each = (place.width() - gap * (names.len() as f32 - 1.0)) / names.len() as f32;
+    // All names in one size, none cut: else only the one that is under way is told, with the whole line for it.
+    let fit = |name: &&str| words::fitting_size(ui, name, fonts::regular, each + gap - 3.0, size::TABLE, 1.0);
+    let points = names.iter().map(fit).fold(size::TABLE, f32::min);
+    let whole = points >= 11.0;
     for (k, name) in names.iter().enumerate() {
         let left = place.left() + k as f32 * (each + gap);
         let step = Rect::from_min_max(pos2(left, place.top()), pos2(left + each, place.top() + 12.0));
@@ -42,10 +46,16 @@ pub fn steps(ui: &mut Ui, place: Rect, names: &[&str], at: Option<usize>, theme:
         };
         bar(ui, step, share, theme.accent, theme);
         let under_way = at == Some(k);
+        if !whole {
+            if under_way {
+                let line = Rect::from_min_max(pos2(place.left(), step.bottom() + 5.0), place.max);
+                words::line(ui, line, Align2::LEFT_TOP, name, fonts::semibold(size::TABLE), theme.text);
+            }
+            continue;
+        }
         let font = if under_way { fonts::semibold } else { fonts::regular };
         let colour = if under_way { theme.text } else { theme.quiet };
         let below = Rect::from_min_max(pos2(left, step.bottom() + 5.0), pos2(left + each + gap - 2.0, place.bottom()));
-        let fit = words::fitting_size(ui, name, font, below.width(), size::TABLE, 11.0);
-        words::line(ui, below, Align2::LEFT_TOP, name, font(fit), colour);
+        words::line(ui, below, Align2::LEFT_TOP, name, font(points), colour);
     }
 }
