@@ -119,8 +119,9 @@ impl Assistant {
     }
 }
 
-const STRIP: f32 = 64.0;
-const FOOT: f32 = 64.0;
+/// Height of the line of steps and of that with the buttons; the second one in a low window.
+const STRIP: [f32; 2] = [64.0, 48.0];
+const LOW: f32 = 480.0;
 const FORM: f32 = 460.0;
 
 /// Draws the assistant over the whole screen.
@@ -130,8 +131,9 @@ pub(super) fn new_plan_ui(ui: &mut Ui, scope: &mut Scope, assistant: &mut Assist
         scope.ask(Action::NewPlan(Command::Saved(path)));
     }
     let all = ui.max_rect();
-    let strip = all.with_max_y(all.top() + STRIP);
-    let foot = all.with_min_y(all.bottom() - FOOT);
+    let strip = STRIP[usize::from(all.height() < LOW)];
+    let foot = all.with_min_y(all.bottom() - strip);
+    let strip = all.with_max_y(all.top() + strip);
     let body = Rect::from_min_max(strip.left_bottom(), foot.right_top());
     strip_ui(ui, strip, scope, assistant);
     match assistant.entries.step {
@@ -189,17 +191,29 @@ fn first_steps_ui(ui: &mut Ui, body: Rect, step: Step, scope: &Scope, assistant:
 /// The five steps; those that can be reached are buttons.
 fn strip_ui(ui: &mut Ui, strip: Rect, scope: &mut Scope, assistant: &Assistant) {
     let furthest = assistant.entries.furthest(document(scope, assistant));
-    let inner = strip.shrink2(vec2(16.0, 10.0));
-    let each = inner.width() / Step::ALL.len() as f32;
+    let inner = strip.shrink2(vec2(16.0, if strip.height() < 60.0 { 6.0 } else { 10.0 }));
     let now = assistant.entries.step;
+    let text_of = |k: usize, step: Step| format!("{}  {}", k + 1, scope.words.text(step.key()));
+    let wide = |text: &str| write::width(ui, text, fonts::semibold(size::BODY)) + 24.0;
+    let widest = Step::ALL.into_iter().enumerate().map(|(k, step)| wide(&text_of(k, step))).fold(0.0, f32::max);
+    let even = inner.width() / Step::ALL.len() as f32;
+    // Where not all names have room, only the step at hand has its own; the others are numbers.
+    let whole = widest <= even;
+    let (few, rest) = (56.0, inner.width() - 4.0 * 56.0);
+    let mut left = inner.left();
     for (k, step) in Step::ALL.into_iter().enumerate() {
-        let place =
-            Rect::from_min_size(pos2(inner.left() + k as f32 * each, inner.top()), vec2(each - 8.0, inner.height()));
+        let each = match whole {
+            true => even,
+            false if step == now => rest,
+            false => few,
+        };
+        let place = Rect::from_min_size(pos2(left, inner.top()), vec2(each - 8.0, inner.height()));
+        left += each;
         // The plan is made on the way from 3 to 4, by Next.
         let open = step <= furthest && (step < Step::Pick || assistant.begun);
         let response =
             ui.interact(place, ui.scope_id().with(("step", k)), if open { Sense::click() } else { Sense::hover() });
-        let text = format!("{}  {}", k + 1, scope.words.text(step.key()));
+        let text = text_of(k, step);
         response.widget_info(|| WidgetInfo::selected(Role::Tab, open, step == now, &text));
         let theme = scope.theme;
         let (fill, colour) = match () {
@@ -214,11 +228,12 @@ fn strip_ui(ui: &mut Ui, strip: Rect, scope: &mut Scope, assistant: &Assistant) 
         };
         ui.painter().rect(place, 4, fill, frame, egui::StrokeKind::Inside);
         let font = if step == now { fonts::semibold } else { fonts::regular };
-        let fit = write::fitting_size(ui, &text, font, place.width() - 16.0, size::BODY, 11.0);
+        let shown = if whole || step == now { text.clone() } else { (k + 1).to_string() };
+        let fit = write::fitting_size(ui, &shown, font, place.width() - 16.0, size::BODY, 11.0);
         ui.painter().with_clip_rect(place.shrink(4.0)).text(
             place.center(),
             Align2::CENTER_CENTER,
-            &text,
+            &shown,
             font(fit),
             colour,
         );
@@ -240,17 +255,20 @@ fn foot_ui(ui: &mut Ui, foot: Rect, scope: &mut Scope, assistant: &mut Assistant
     let (words, step) = (scope.words, assistant.entries.step);
     let document = document(scope, assistant);
     let missing = assistant.entries.missing(step, document);
-    let inner = foot.shrink2(vec2(16.0, 10.0));
+    let inner = foot.shrink2(vec2(16.0, if foot.height() < 60.0 { 6.0 } else { 10.0 }));
+    // What is missing is to be read: the buttons give way to it.
+    let wide = (0.2 * inner.width()).clamp(88.0, 164.0);
     let button = |k: f32| {
-        let right = inner.right() - k * 172.0;
-        Rect::from_min_max(pos2(right - 164.0, inner.top()), pos2(right, inner.bottom()))
+        let right = inner.right() - k * (wide + 8.0);
+        Rect::from_min_max(pos2(right - wide, inner.top()), pos2(right, inner.bottom()))
     };
     let last = step == Step::Run;
     let name = words.text(if last { "new_plan.run" } else { "new_plan.next" });
     let may = missing.is_none() && !assistant.writing.is_busy();
     let weight = if may { Weight::Main } else { Weight::Quiet };
     let (next, colour) = buttons::at(ui, "next", button(0.0), weight, may, name, scope.theme);
-    ui.painter().text(button(0.0).center(), Align2::CENTER_CENTER, name, fonts::semibold(size::BAR), colour);
+    let points = write::fitting_size(ui, name, fonts::semibold, wide - 12.0, size::BAR, 11.0);
+    ui.painter().text(button(0.0).center(), Align2::CENTER_CENTER, name, fonts::semibold(points), colour);
     if next.clicked() {
         scope.ask(Action::NewPlan(if last { Command::Run } else { Command::Go(step.next()) }));
     }
@@ -261,7 +279,7 @@ fn foot_ui(ui: &mut Ui, foot: Rect, scope: &mut Scope, assistant: &mut Assistant
     {
         assistant.go(step.back());
     }
-    let cancel = Rect::from_min_size(inner.min, vec2(130.0, inner.height()));
+    let cancel = Rect::from_min_size(inner.min, vec2(wide.min(130.0), inner.height()));
     let text = words.text("dialog.cancel");
     if buttons::with_words(ui, "cancel", cancel, Weight::Quiet, text, fonts::regular(size::BAR), scope.theme).clicked()
     {
@@ -275,14 +293,16 @@ fn foot_ui(ui: &mut Ui, foot: Rect, scope: &mut Scope, assistant: &mut Assistant
         pos2(cancel.right() + 16.0, inner.top()),
         pos2(button(behind).left() - 16.0, inner.bottom()),
     );
-    let told = assistant
-        .fault
-        .as_deref()
-        .map(|fault| words.library(fault).into_owned())
-        .or_else(|| missing.map(|key| words.text(key).to_owned()));
+    let missing_words = |key| match key {
+        "new_plan.thickness_limits" => steps::limits(words),
+        key => words.text(key).to_owned(),
+    };
+    let fault = assistant.fault.as_deref().map(|fault| words.library(fault).into_owned());
+    let told = fault.or_else(|| missing.map(missing_words));
     if let Some(told) = told {
         let colour = if assistant.fault.is_some() { scope.theme.fail } else { scope.theme.quiet };
-        write::block(ui, between, Align2::RIGHT_CENTER, &told, fonts::regular(size::BODY), colour, 3);
+        let points = if between.width() < 240.0 { size::NOTE } else { size::BODY };
+        write::block(ui, between, Align2::RIGHT_CENTER, &told, fonts::regular(points), colour, 3);
     }
 }
 
@@ -290,7 +310,7 @@ fn foot_ui(ui: &mut Ui, foot: Rect, scope: &mut Scope, assistant: &mut Assistant
 fn ask_ui(ui: &mut Ui, scope: &mut Scope, assistant: &mut Assistant) {
     let words = scope.words;
     let shown = cards::modal(ui, egui::Id::unique("leave new plan")).show(ui.ctx(), |ui| {
-        ui.set_width(420.0);
+        ui.set_width(f32::min(420.0, ui.ctx().content_rect().width() - 64.0));
         ui.heading(words.text("new_plan.leave_title"));
         ui.add_space(6.0);
         ui.label(words.text("new_plan.leave_text"));

@@ -108,13 +108,21 @@ pub struct Entries {
     made: Option<(NewPlan, LengthUnit)>,
 }
 
+/// The thickest sheet, mm, as plans have it.
+pub const THICKEST_MM: f64 = 50.0;
+
 impl Entries {
     /// Thickness of the sheet, mm; `None` = nothing or no thickness is typed.
     pub fn thickness_mm(&self) -> Option<f64> {
         match &self.thickness {
-            Some(text) => typed_number(text).filter(|mm| (0.0..=50.0).contains(mm)),
+            Some(text) => typed_number(text).filter(|mm| (0.0..=THICKEST_MM).contains(mm)),
             None => self.cad.look.as_ref()?.thickness_mm,
         }
+    }
+
+    /// Whether something is typed that is no thickness of a sheet.
+    pub fn thickness_is_off(&self) -> bool {
+        self.thickness.as_ref().is_some_and(|text| !text.trim().is_empty()) && self.thickness_mm().is_none()
     }
 
     /// Where the CAD's surface lies in the sheet. A solid holds both faces.
@@ -147,6 +155,7 @@ impl Entries {
         match step {
             Step::Cad if self.cad.look.is_none() => Some("new_plan.needs_cad"),
             Step::Scan if self.scan.look.is_none() => Some("new_plan.needs_scan"),
+            Step::Sheet if self.thickness_is_off() => Some("new_plan.thickness_limits"),
             Step::Sheet if self.thickness_mm().is_none() => Some("new_plan.needs_thickness"),
             Step::Sheet if self.cad_side().is_none() => Some("new_plan.needs_side"),
             Step::Pick if document.is_none_or(|d| d.rows(List::Comparison).is_empty()) => Some("new_plan.needs_points"),
@@ -306,9 +315,13 @@ mod tests {
         entries = self::entries();
         assert_eq!((entries.missing(Step::Cad, None), entries.missing(Step::Scan, None)), (None, None));
         assert_eq!(entries.missing(Step::Sheet, None), Some("new_plan.needs_thickness"));
-        for (text, missing) in [("thin", true), ("-1", true), ("1,2", false), ("0", false)] {
+        let (none, off) = (Some("new_plan.needs_thickness"), Some("new_plan.thickness_limits"));
+        let side = Some("new_plan.needs_side");
+        for (text, missing) in
+            [("", none), ("thin", off), ("-1", off), ("100", off), ("50", side), ("1,2", side), ("0", side)]
+        {
             entries.thickness = Some(text.into());
-            assert_eq!(entries.missing(Step::Sheet, None) == Some("new_plan.needs_thickness"), missing, "{text}");
+            assert_eq!(entries.missing(Step::Sheet, None), missing, "{text}");
         }
         assert_eq!(entries.missing(Step::Sheet, None), Some("new_plan.needs_side"));
         entries.side = Some(CadSide::Top);

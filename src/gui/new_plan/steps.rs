@@ -1,14 +1,14 @@
 //! The forms of the first three steps: the CAD, a scan, thickness and side.
 
 use super::Assistant;
-use super::state::Step;
+use super::state::{Step, THICKEST_MM};
 use crate::geometry::LengthUnit;
 use crate::gui::fonts;
 use crate::gui::later::Asked;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::{Theme, size};
-use crate::gui::widgets::sign;
+use crate::gui::widgets::{sign, words as write};
 use crate::plan::CadSide;
 use crate::scan::PointClass;
 use crate::worker::first_look::{CadLook, ScanLook, UNITS};
@@ -45,6 +45,13 @@ fn found(ui: &mut Ui, label: &str, value: &str, theme: &Theme) {
     });
 }
 
+/// The field that a step begins with is typed into without a click, while it is empty and nothing else has the focus.
+fn type_first(ui: &Ui, field: &egui::Response, empty: bool) {
+    if empty && !field.lost_focus() && ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none()) {
+        field.request_focus();
+    }
+}
+
 /// The field of a file with its button; returns whether it is to be read.
 fn file_ui(ui: &mut Ui, step: Step, assistant: &mut Assistant, scope: &Scope) -> bool {
     let words = scope.words;
@@ -57,8 +64,10 @@ fn file_ui(ui: &mut Ui, step: Step, assistant: &mut Assistant, scope: &Scope) ->
     let mut read = false;
     ui.horizontal(|ui| {
         let path = if step == Step::Cad { &mut entries.cad.path } else { &mut entries.scan.path };
-        let room = (ui.available_width() - 160.0).max(120.0);
-        let field = ui.add(TextEdit::singleline(path).desired_width(room)).labelled_by(label.id);
+        let button = |key: &str| write::width(ui, words.text(key), fonts::regular(size::BODY)) + 30.0;
+        let room = ui.available_width() - button("tables.read_file") - button("tables.choose_file");
+        let field = ui.add(TextEdit::singleline(path).desired_width(room.max(100.0))).labelled_by(label.id);
+        type_first(ui, &field, path.is_empty());
         read = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         read |= ui.add(Button::new(words.text("tables.read_file")).min_size(vec2(0.0, 28.0))).clicked();
         if ui.add(Button::new(words.text("tables.choose_file")).min_size(vec2(0.0, 28.0))).clicked() {
@@ -204,6 +213,11 @@ fn counts_ui(ui: &mut Ui, look: &ScanLook, words: &Words, theme: &Theme) {
     }
 }
 
+/// Which thicknesses a sheet may have.
+pub fn limits(words: &Words) -> String {
+    words.fill("new_plan.thickness_limits", &[("mm", &words.number(THICKEST_MM, 0))])
+}
+
 /// Thickness and side of the sheet.
 pub fn sheet_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
     let (words, theme) = (scope.words, scope.theme);
@@ -221,14 +235,18 @@ pub fn sheet_ui(ui: &mut Ui, assistant: &mut Assistant, scope: &Scope) {
         let label = ui.label(words.text("new_plan.thickness"));
         let edit = TextEdit::singleline(&mut text).font(fonts::mono(size::BODY)).desired_width(90.0);
         let field = ui.add(edit).labelled_by(label.id);
+        type_first(ui, &field, text.is_empty());
         if field.changed() {
             entries.thickness = Some(text.clone());
         }
-        if entries.thickness.is_some() && entries.thickness_mm().is_none() && !text.trim().is_empty() {
+        if entries.thickness_is_off() {
             ui.painter().rect_stroke(field.rect, 4, Stroke::new(2.0, theme.fail), egui::StrokeKind::Outside);
         }
         ui.label(RichText::new("mm").color(theme.quiet));
     });
+    if entries.thickness_is_off() {
+        fault(ui, &limits(words), true, theme);
+    }
     if entries.thickness_mm() == Some(0.0) {
         fault(ui, words.text("new_plan.thickness_zero"), false, theme);
     }
