@@ -4,6 +4,8 @@ use super::app::{self, App, Setup};
 use super::icon::icon;
 use super::settings::{Settings, config_folder, data_folder};
 use crate::diagnostic::Diagnostic;
+use crate::report::words::capital;
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 /// The smallest window that still shows the verdict and the button.
@@ -30,7 +32,22 @@ pub fn open(plan: Option<PathBuf>) -> Result<(), Diagnostic> {
         come_into_view(context);
         Ok(Box::new(App::new(&context.egui_ctx, setup)?))
     });
-    eframe::run_native("shapeline", options, create).map_err(|fault| no_window(&fault, &shown))
+    eframe::run_native("shapeline", options, create).map_err(|fault| {
+        let told = no_window(&fault, &shown);
+        tell_without_terminal(&told);
+        told
+    })
+}
+
+/// Who started the program from a menu sees no terminal: the system's own message says the same. Without a display there is nobody to see it,
+/// and it fails at once.
+fn tell_without_terminal(told: &Diagnostic) {
+    if std::io::stderr().is_terminal() {
+        return;
+    }
+    let help = told.help.as_deref().map(capital).unwrap_or_default();
+    let text = format!("{}\n\n{help}", capital(&told.message));
+    rfd::MessageDialog::new().set_level(rfd::MessageLevel::Error).set_title("Shapeline").set_description(text).show();
 }
 
 fn viewport(settings: &Settings) -> egui::ViewportBuilder {
