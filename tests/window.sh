@@ -104,6 +104,33 @@ if [ "$width" -ge 1600 ]; then
   sleep 3
   picture engineer_draft
   xdotool key Escape sleep 0.2 key Escape
+  # A new plan from the menu of the third button from the right: its first field has the focus, Next stands in the lower right.
+  next() { xdotool mousemove $((width - 98)) $((height - 60)) sleep 0.2 click 1 sleep 1; }
+  xdotool mousemove $((width - 245)) 36 sleep 0.2 click 1 sleep 1
+  xdotool mousemove $((width - 245)) 142 sleep 0.2 click 1 sleep 1
+  picture new_plan_1
+  xdotool type --delay 10 "$home/data/shapeline/demo/bracket.stl"
+  xdotool key Return
+  sleep 3
+  next
+  xdotool type --delay 10 "$home/data/shapeline/demo/scans/01_good_top.ply"
+  xdotool key Return
+  sleep 6
+  picture new_plan_2
+  next
+  # How thick, and on which side: the first of the three.
+  xdotool type "1.2"
+  xdotool key Tab sleep 0.3 key space sleep 1
+  picture new_plan_3
+  next
+  sleep 3
+  # One point on the part, beside its holes.
+  xdotool key s sleep 0.3 mousemove $((width / 2 - 290)) 460 sleep 0.5 click 1
+  sleep 1
+  picture new_plan_4
+  xdotool key Return sleep 2
+  next
+  picture new_plan_5
 fi
 xdotool key ctrl+1 sleep 0.3 key F1
 sleep 1

@@ -57,6 +57,8 @@ pub struct App {
     pub(super) first_scan: Option<(PathBuf, PathBuf)>,
     pictures: Painter,
     actions: Vec<Action>,
+    /// A field had the focus when the last frame ended: egui takes it away before a frame begins in which Esc or Tab is pressed.
+    typing: bool,
 }
 
 impl App {
@@ -88,6 +90,7 @@ impl App {
             first_scan: None,
             pictures: Painter::start(ctx),
             actions: Vec::new(),
+            typing: false,
         };
         app.open_first();
         Ok(app)
@@ -131,7 +134,8 @@ impl App {
         if let Some(action) = self.dialog.answer() {
             self.actions.push(action);
         }
-        keys::collect(ctx, &self.facts, &self.view, self.settings.magnification(), &mut self.actions);
+        let typing = self.typing || ctx.text_edit_focused();
+        keys::collect(ctx, &self.facts, &self.view, typing, self.settings.magnification(), &mut self.actions);
         self.guard_close(ctx);
         let fresh = self.new_plan.is_some() || self.facts.plan_path.is_none();
         dialog::dropped(ctx, fresh, &mut self.actions);
@@ -152,8 +156,10 @@ impl App {
 
     /// Draws the window and collects what is asked in it.
     pub fn ui(&mut self, ui: &mut egui::Ui) {
-        let scale = self.settings.magnification();
-        if ui.ctx().zoom_factor() != scale {
+        let zoom = ui.ctx().zoom_factor();
+        let scale = self.settings.magnification_in(ui.ctx().content_rect().size() * zoom);
+        // A window that is too small for its scale is measured in rounded pixels.
+        if (zoom - scale).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(scale);
         }
         let theme = Theme::of(ui.ctx());
@@ -166,6 +172,7 @@ impl App {
             settings_file: self.setup.settings_file.as_deref(),
             lock: &self.lock,
             now: self.setup.clock.now(),
+            typing: self.typing || ui.ctx().text_edit_focused(),
             actions: &mut self.actions,
         };
         let screen = self.view.screen;
@@ -190,6 +197,7 @@ impl App {
         dialog::typed_path_ui(ui, &mut scope);
         engineer::leave_ui(ui, &mut scope);
         dialog::drop_hint_ui(ui, &scope);
+        self.typing = ui.ctx().text_edit_focused();
         if !self.actions.is_empty() {
             ui.ctx().request_repaint();
         }

@@ -243,6 +243,7 @@ impl eframe::App for Script {
             settings_file: None,
             lock: &self.lock,
             now,
+            typing: false,
             actions: &mut actions,
         };
         results_ui(ui, &mut scope, &mut self.results);

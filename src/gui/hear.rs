@@ -235,6 +235,7 @@ fn tried(app: &mut App, version: u64, trial: Result<Box<worker::Trial>, worker::
     };
     editing.trial = Some((version, told));
     app.engineer.lower = engineer::state::Lower::Trial;
+    app.engineer.pane = engineer::Pane::Problems;
 }
 
 fn fetched(app: &mut App, at: usize, inspected: Inspected, took: Duration) {

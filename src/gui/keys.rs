@@ -45,7 +45,16 @@ pub(super) const ENGINEER: &[(&str, &str)] = &[
 ];
 
 /// Turns keys into actions.
-pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scale: f32, actions: &mut Vec<Action>) {
+///
+/// `typing`: a field has the focus, or had it when the last frame ended.
+pub(super) fn collect(
+    ctx: &egui::Context,
+    facts: &Facts,
+    view: &ViewState,
+    typing: bool,
+    scale: f32,
+    actions: &mut Vec<Action>,
+) {
     let pressed = |modifiers: Modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
     if pressed(Modifiers::NONE, Key::F1) {
         actions.push(Action::Help(!view.help));
@@ -84,7 +93,9 @@ pub(super) fn collect(ctx: &egui::Context, facts: &Facts, view: &ViewState, scal
     // Esc takes away what lies on top before it stops anything.
     let on_top = view.help || view.typed_path.is_some();
     let trying = matches!(facts.job, Job::Trying { .. });
-    if (on_top || trying || facts.running().is_some()) && pressed_anew(ctx, Key::Escape) {
+    let modal = ctx.memory(|m| m.top_modal_layer().is_some());
+    let owned = typing || modal || egui::Popup::is_any_open(ctx);
+    if (on_top || ((trying || facts.running().is_some()) && !owned)) && pressed_anew(ctx, Key::Escape) {
         actions.push(match () {
             () if view.help => Action::Help(false),
             () if view.typed_path.is_some() => Action::TypePath(false),

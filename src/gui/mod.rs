@@ -10,6 +10,7 @@
 mod action;
 mod app;
 mod bar;
+mod bar_places;
 mod bridge;
 mod clock;
 mod dialog;
@@ -22,6 +23,7 @@ mod help;
 mod icon;
 mod keys;
 mod later;
+mod menus;
 mod messages;
 mod new_plan;
 mod open;

@@ -2,14 +2,12 @@
 
 use super::app::{self, App, Setup};
 use super::icon::icon;
-use super::settings::{Settings, config_folder, data_folder};
+use super::settings::{LEAST_WINDOW, Settings, config_folder, data_folder};
 use crate::diagnostic::Diagnostic;
 use crate::report::words::capital;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-/// The smallest window that still shows the verdict and the button.
-const LEAST: [f32; 2] = [480.0, 360.0];
 /// The window of the first start.
 const FIRST: [f32; 2] = [1280.0, 800.0];
 
@@ -55,7 +53,7 @@ fn viewport(settings: &Settings) -> egui::ViewportBuilder {
         .with_title("Shapeline")
         .with_app_id("shapeline")
         .with_icon(icon())
-        .with_min_inner_size(LEAST);
+        .with_min_inner_size(LEAST_WINDOW);
     let scale = settings.magnification();
     let Some(place) = settings.place else { return builder.with_inner_size(FIRST) };
     // Kept in points at that scale; the frame is made before egui knows the scale.

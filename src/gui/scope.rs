@@ -41,6 +41,8 @@ pub struct Scope<'a> {
     pub lock: &'a super::engineer::lock::Lock,
     /// What time it is.
     pub now: std::time::Instant,
+    /// A field had the focus when the frame began, so its letters are that one's even if it is left in the same frame.
+    pub typing: bool,
     /// What was asked for in this frame.
     pub actions: &'a mut Vec<Action>,
 }
@@ -49,6 +51,16 @@ impl Scope<'_> {
     /// Asks for something.
     pub fn ask(&mut self, action: Action) {
         self.actions.push(action);
+    }
+
+    /// Whether letters of this frame are shortcuts: no field or dialog had or got them. A press of the pointer may just have given the focus
+    /// to a field that is drawn later.
+    pub fn letters_are_free(&self, ui: &egui::Ui) -> bool {
+        let ctx = ui.ctx();
+        let moves_focus =
+            ctx.input(|i| i.pointer.any_pressed() || i.pointer.any_released() || i.key_pressed(egui::Key::Tab));
+        let modal = ctx.memory(|m| m.top_modal_layer().is_some());
+        !(self.typing || moves_focus || modal || ctx.text_edit_focused() || egui::Popup::is_any_open(ctx))
     }
 
     /// The part looked at: the chosen one, else the newest.

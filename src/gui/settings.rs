@@ -7,6 +7,8 @@ use toml_edit::{Array, DocumentMut, Item, Table, value};
 
 /// How many plans are remembered.
 const RECENT: usize = 8;
+/// The smallest window that still shows the verdict and the button, points; no screen is laid out for less.
+pub const LEAST_WINDOW: [f32; 2] = [480.0, 360.0];
 /// What everything is magnified by.
 pub const SCALES: [f32; 6] = [1.0, 1.25, 1.5, 1.75, 2.0, 2.5];
 
@@ -237,9 +239,15 @@ impl Settings {
         document.to_string()
     }
 
-    /// What everything is magnified by.
+    /// What everything is to be magnified by.
     pub fn magnification(&self) -> f32 {
         if self.scale > 0.0 { self.scale } else { 1.0 }
+    }
+
+    /// What everything is magnified by in a window of a size, points at scale 1: no more than leaves it the least room.
+    pub fn magnification_in(&self, window: egui::Vec2) -> f32 {
+        let most = (window.x / LEAST_WINDOW[0]).min(window.y / LEAST_WINDOW[1]);
+        self.magnification().min(most.max(1.0))
     }
 
     /// Puts a plan first among the recent ones.
@@ -297,6 +305,19 @@ fn user_folder(unix: &str, below_home: &str, windows: &str) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_window_is_magnified_no_more_than_leaves_room_for_the_smallest_layout() {
+        for scale in SCALES {
+            let settings = Settings { scale, ..Settings::default() };
+            for size in [[480.0, 360.0], [800.0, 600.0], [1280.0, 800.0], [1920.0, 1080.0], [3840.0, 2160.0]] {
+                let used = settings.magnification_in(egui::Vec2::from(size));
+                assert!((1.0..=scale).contains(&used), "{scale} in {size:?}: {used}");
+                assert!(size[0] / used >= 479.99 && size[1] / used >= 359.99, "{scale} in {size:?}: {used}");
+            }
+            assert_eq!(settings.magnification_in(egui::vec2(3840.0, 2160.0)), scale);
+        }
+    }
 
     #[test]
     fn what_is_written_is_read_again() {

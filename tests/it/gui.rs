@@ -4,6 +4,7 @@ mod engineer;
 mod names;
 mod new_plan;
 mod picking;
+mod places;
 mod results;
 mod verdict;
 mod words;

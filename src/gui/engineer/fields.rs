@@ -20,11 +20,32 @@ pub const LINE: f32 = 32.0;
 /// Height of a field.
 pub const FIELD: f32 = 26.0;
 
-/// How wide the words before the fields are.
-pub fn label_width(ui: &Ui) -> f32 {
-    // Nothing that is too wide moves the fields of other lines.
-    (0.34 * ui.available_width().min(ui.clip_rect().width())).clamp(110.0, 160.0)
+/// Width of a form under which the words of a line stand above its fields.
+const STACKED: f32 = 340.0;
+
+/// The room that a line of a form has. Nothing that is too wide moves the fields of other lines.
+fn room(ui: &Ui) -> f32 {
+    ui.available_width().min(ui.clip_rect().width())
 }
+
+/// How wide the words before the fields are; nothing where they stand above them.
+pub fn label_width(ui: &Ui) -> f32 {
+    let room = room(ui);
+    if room < STACKED { 0.0 } else { (0.34 * room).clamp(92.0, 160.0).min(room - TRIPLE) }
+}
+
+/// How far what stands below a line's fields is from the left: below the fields.
+pub fn indent(ui: &Ui) -> f32 {
+    let label = label_width(ui);
+    if label > 0.0 { label + SPACE } else { 0.0 }
+}
+
+/// The least width of a field for one of three numbers: `−1234.567` whole, with its frame.
+pub const LEAST_NUMBER: f32 = 82.0;
+/// What three of them take.
+const TRIPLE: f32 = 3.0 * LEAST_NUMBER + 3.0 * SPACE;
+/// Between the things of a line.
+const SPACE: f32 = 6.0;
 
 /// When what was typed is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +94,7 @@ impl Field<'_> {
             .hint_text(RichText::new(&self.hint).font(font).color(scope.theme.quiet))
             .desired_width(self.width)
             .min_size(vec2(self.width, FIELD))
+            .margin(egui::Margin::symmetric(if self.number { 5 } else { 8 }, 2))
             .align(if self.number { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER });
         let response = ui.add_sized([self.width, FIELD], edit);
         response.widget_info(|| WidgetInfo {
@@ -144,20 +166,30 @@ pub fn end_typing(ui: &Ui, scope: &mut Scope, view: &mut EngineerView) {
     }
 }
 
-/// A line of a form: words, then what `add` puts behind them.
+/// A line of a form: words, then what `add` puts behind them, or below them in a narrow form.
 pub fn line_ui<R>(ui: &mut Ui, scope: &mut Scope, label: &str, add: impl FnOnce(&mut Ui, &mut Scope) -> R) -> R {
     let width = label_width(ui);
+    if width == 0.0 {
+        let (at, _) = ui.allocate_exact_size(vec2(room(ui), 20.0), egui::Sense::hover());
+        label_ui(ui, at, label, scope);
+    }
     ui.horizontal(|ui| {
         ui.set_min_height(LINE);
-        ui.spacing_mut().item_spacing.x = 6.0;
-        // The fields themselves bear the words for who does not see them.
-        let (at, _) = ui.allocate_exact_size(vec2(width, LINE), egui::Sense::hover());
-        let (font, colour) = (fonts::regular(size::TABLE), scope.theme.text);
-        let wide = crate::gui::widgets::words::fitting_size(ui, label, fonts::regular, width, font.size, 11.0);
-        ui.painter_at(at).text(at.left_center(), Align2::LEFT_CENTER, label, fonts::regular(wide), colour);
+        ui.spacing_mut().item_spacing.x = SPACE;
+        if width > 0.0 {
+            let (at, _) = ui.allocate_exact_size(vec2(width, LINE), egui::Sense::hover());
+            label_ui(ui, at, label, scope);
+        }
         add(ui, scope)
     })
     .inner
+}
+
+/// The words of a line. The fields themselves bear them for who does not see.
+fn label_ui(ui: &Ui, at: Rect, label: &str, scope: &Scope) {
+    let wide = crate::gui::widgets::words::fitting_size(ui, label, fonts::regular, at.width(), size::TABLE, 11.0);
+    let at_left = at.left_center();
+    ui.painter_at(at).text(at_left, Align2::LEFT_CENTER, label, fonts::regular(wide), scope.theme.text);
 }
 
 /// A quiet word behind a field.
@@ -170,7 +202,7 @@ pub fn note_ui(ui: &mut Ui, scope: &Scope, text: &str) {
 /// Problems below a field, in sentences.
 pub fn problems_ui(ui: &mut Ui, scope: &Scope, problems: &[&PlanProblem]) {
     for problem in problems {
-        sentence_ui(ui, scope, &problem.diagnostic, label_width(ui) + 6.0);
+        sentence_ui(ui, scope, &problem.diagnostic, indent(ui));
     }
 }
 

@@ -10,15 +10,18 @@ use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::text::typed_number;
 use crate::gui::theme::size;
-use crate::gui::widgets::cards;
+use crate::gui::widgets::{cards, words as write};
 use crate::plan::document::{At, FieldValue, List};
 use egui::{Button, Key, Modifiers, Rect, RichText, ScrollArea, Ui, vec2};
+
+/// Height of the buttons that take what is proposed or leave it.
+pub const TAKE: f32 = 44.0;
 
 /// Draws it.
 pub fn form_ui(ui: &mut Ui, at: Rect, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
     cards::card(ui, at, scope.theme);
     let draft = view.draft.clone();
-    let buttons = if draft.is_some() { 56.0 } else { 0.0 };
+    let buttons = if draft.is_some() { TAKE + 12.0 } else { 0.0 };
     let inner = at.shrink2(vec2(16.0, 12.0));
     let body = inner.with_max_y(inner.bottom() - buttons);
     ui.scope_builder(egui::UiBuilder::new().max_rect(body), |ui| {
@@ -66,6 +69,14 @@ fn draft_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: &E
     }
 }
 
+/// The buttons in a card of their own, below the view of a window whose form is not in sight.
+pub fn take_below_ui(ui: &mut Ui, at: Rect, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
+    let card = at.with_min_y(at.bottom() - TAKE);
+    cards::card(ui, card, scope.theme);
+    let inner = card.shrink2(vec2(8.0, 4.0));
+    ui.scope_builder(egui::UiBuilder::new().max_rect(inner), |ui| take_ui(ui, scope, view, editing));
+}
+
 /// The buttons below a row that is proposed.
 fn take_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
     let Some(draft) = view.draft.clone() else { return };
@@ -73,15 +84,22 @@ fn take_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: &Ed
     let words = scope.words;
     ui.horizontal(|ui| {
         let text = words.text(if draft.list == List::Feature { "engineer.add_feature" } else { "engineer.add_point" });
-        let wide = ui.available_width() - 130.0;
-        let add = Button::new(RichText::new(format!("{text}   Enter")).color(scope.theme.on_accent))
+        let wide = (ui.available_width() - 130.0).max(120.0);
+        // The key gives way to the words.
+        let with_key = |text: &str, key: &str, room: f32| {
+            let both = format!("{text}   {key}");
+            if write::width(ui, &both, fonts::regular(size::BODY)) + 20.0 <= room { both } else { text.to_owned() }
+        };
+        let (add_text, leave_text) =
+            (with_key(text, "Enter", wide), with_key(words.text("engineer.cancel"), "Esc", 110.0));
+        let add = Button::new(RichText::new(add_text).color(scope.theme.on_accent))
             .fill(if sound { scope.theme.accent } else { scope.theme.accent.gamma_multiply(0.45) })
             .min_size(vec2(wide, 36.0));
         let add = ui.add_enabled(sound, add);
         add.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, sound, text));
         let add = add.on_disabled_hover_text(words.text("engineer.not_sound"));
         let leave = words.text("engineer.cancel");
-        let cancel = ui.add(Button::new(format!("{leave}   Esc")).min_size(vec2(110.0, 36.0)));
+        let cancel = ui.add(Button::new(leave_text).min_size(vec2(110.0, 36.0)));
         cancel.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, leave));
         // A field that Enter was pressed in has just given up the focus; a button with the focus takes Enter for itself.
         let free = !scope.view.help && view.saving.is_none() && !view.dialogs.is_open();

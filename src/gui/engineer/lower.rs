@@ -19,17 +19,18 @@ const HEAD: f32 = 36.0;
 
 /// Draws both places, or the one that they share.
 pub fn lower_ui(ui: &mut Ui, places: &Places, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
+    let (Some(problems), Some(changes)) = (places.problems, places.changes) else { return };
     if places.breadth == Breadth::Wide {
-        card_ui(ui, places.problems, Lower::Problems, &[], scope, view, editing);
+        card_ui(ui, problems, Lower::Problems, &[], scope, view, editing);
         let right = if view.lower == Lower::Trial { Lower::Trial } else { Lower::Changes };
         let tabs: &[Lower] = if editing.trial.is_some() { &[Lower::Changes, Lower::Trial] } else { &[] };
-        card_ui(ui, places.changes, right, tabs, scope, view, editing);
+        card_ui(ui, changes, right, tabs, scope, view, editing);
     } else {
         let tabs: &[Lower] = match editing.trial {
             Some(_) => &[Lower::Problems, Lower::Changes, Lower::Trial],
             None => &[Lower::Problems, Lower::Changes],
         };
-        card_ui(ui, places.problems, view.lower, tabs, scope, view, editing);
+        card_ui(ui, problems, view.lower, tabs, scope, view, editing);
     }
 }
 

@@ -32,7 +32,7 @@ pub mod view3d;
 pub use act::Command;
 pub use editing::{Edit, Editing};
 pub use layout::HEADER;
-pub use state::{Chosen, Draft, EngineerView, Section, Tool};
+pub use state::{Chosen, Draft, EngineerView, Pane, Section, Tool};
 pub(in crate::gui) use {
     act::command, act::edit, act::reload, save::leave_ui, trial::fault, trial::short_name, upkeep::tick,
 };
@@ -43,6 +43,7 @@ use super::scope::Scope;
 use super::theme::size;
 use super::widgets::words as write;
 use egui::{Align2, Key, Modifiers, Rect, Ui};
+pub(super) use header::panes_ui;
 use layout::Breadth;
 
 /// Draws the screen.
@@ -53,7 +54,7 @@ pub(super) fn engineer_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerVie
     let facts = scope.facts;
     let Some(editing) = &facts.editing else { return nothing_ui(ui, scope, view) };
     let all = ui.max_rect();
-    let places = layout::places(all);
+    let places = layout::places(all, view.pane);
     header::header_ui(ui, places.header, places.breadth, scope, view, editing);
     body_ui(ui, all, scope, view, editing);
     save::save_ui(ui, scope, view, editing);
@@ -63,22 +64,34 @@ pub(super) fn engineer_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerVie
 
 /// The screen below its header, whose place stays free.
 pub(super) fn body_ui(ui: &mut Ui, all: Rect, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
-    let places = layout::places(all);
+    let wants_form = std::mem::take(&mut view.wants_form);
+    // A field that is to be typed into must be in sight.
+    if (wants_form || view.focus.is_some()) && layout::places(all, view.pane).breadth == Breadth::Single {
+        view.pane = Pane::Form;
+    }
+    let places = layout::places(all, view.pane);
     if let Some(tree) = places.tree {
         tree::tree_ui(ui, tree, places.breadth, scope, view, editing);
     }
-    let over_view = matches!(places.breadth, Breadth::Narrow | Breadth::Small);
-    let has_form = !over_view || view.draft.is_some() || view.chosen.list.is_some() || view.section != Section::Points;
-    // The form takes the right side of the view, which shows the part beside it as long as there is room.
-    let beside = places.view.with_max_x(places.form.left() - 8.0);
-    let part = if over_view && has_form && beside.width() > 240.0 { beside } else { places.view };
-    view3d::view_ui(ui, part.intersect(places.view), scope, view);
+    if let Some(at) = places.view {
+        // Where the form is not in sight, what is proposed can be taken all the same.
+        let foot = if places.form.is_none() && view.draft.is_some() { form::TAKE + 8.0 } else { 0.0 };
+        view3d::view_ui(ui, at.with_max_y(at.bottom() - foot), scope, view);
+        if foot > 0.0 {
+            form::take_below_ui(ui, at.with_min_y(at.bottom() - foot), scope, view, editing);
+        }
+    }
     lower::lower_ui(ui, &places, scope, view, editing);
-    if has_form {
-        form::form_ui(ui, places.form, scope, view, editing);
+    if let Some(form) = places.form {
+        form::form_ui(ui, form, scope, view, editing);
     }
     fields::end_typing(ui, scope, view);
     dialogs::dialogs_ui(ui, scope, view);
+}
+
+/// How much of the screen stands beside each other in a place.
+pub(super) fn breadth(all: Rect, view: &EngineerView) -> Breadth {
+    layout::places(all, view.pane).breadth
 }
 
 /// While the plan is opened, or where there is none.
@@ -105,7 +118,7 @@ fn keys(ui: &Ui, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) 
         scope.ask(Action::Engineer(Command::Try));
     }
     if let Some(list) = view.chosen.list
-        && !ui.ctx().text_edit_focused()
+        && scope.letters_are_free(ui)
         && pressed(Modifiers::NONE, Key::Delete)
     {
         scope.ask(Action::Edit(Edit::Remove(list, view.chosen.rows.clone())));

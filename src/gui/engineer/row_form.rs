@@ -1,7 +1,7 @@
 //! The form of one row: a feature or comparison point of the plan, or one that is proposed.
 
 use super::editing::{Edit, Editing};
-use super::fields::{Commit, Field, line_ui, note_ui, plain_number, problems_of, problems_ui, worst};
+use super::fields::{Commit, Field, LEAST_NUMBER, line_ui, note_ui, plain_number, problems_of, problems_ui, worst};
 use super::labels;
 use super::section_form::{has_three_decimals, small_button};
 use super::state::EngineerView;
@@ -33,7 +33,13 @@ pub struct Triple<'a> {
 impl Triple<'_> {
     /// Draws it; returns what it holds when somebody typed.
     pub fn ui(&self, ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView) -> Option<[f64; 3]> {
-        let width = ((ui.available_width() - self.room - 12.0) / 3.0).clamp(56.0, 96.0);
+        let least = match self.now {
+            Some(_) if self.decimals == 3 => LEAST_NUMBER,
+            // A component of a direction has one digit before the point; an empty field shows its axis.
+            Some(_) => 70.0,
+            None => 56.0,
+        };
+        let width = ((ui.available_width() - self.room - 12.0) / 3.0).clamp(least, 96.0);
         let mut typed = None;
         for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
             let (key, label) = (format!("{}.{k}", self.key), format!("{} {axis}", self.label));
@@ -204,7 +210,7 @@ impl Row<'_> {
         if taken {
             let fault = crate::plan::document::EditError::NameTaken(self.name.clone());
             let told = crate::diagnostic::Diagnostic::error(fault.to_string()).with_help(fault.help());
-            super::fields::sentence_ui(ui, scope, &told, super::fields::label_width(ui) + 6.0);
+            super::fields::sentence_ui(ui, scope, &told, super::fields::indent(ui));
         }
         problems_ui(ui, scope, &problems);
     }
@@ -241,7 +247,7 @@ impl Row<'_> {
             "position" | "centre" | "direction" | "axis" | "normal" => {
                 let decimals = if matches!(key, "position" | "centre") { 3 } else { 4 };
                 let (now, field) = (self.triple(key), self.of.key(key));
-                let room = if needed { 0.0 } else { 30.0 };
+                let room = if needed || self.value(key).is_none() { 0.0 } else { 30.0 };
                 let triple = Triple { key: &field, label: &label, now, decimals, room, severity };
                 if let Some(v) = triple.ui(ui, scope, view) {
                     self.put(key, Some(FieldValue::Numbers(v.to_vec())), scope, view);
@@ -316,7 +322,8 @@ impl Row<'_> {
         };
         let words = scope.words;
         let shown = RichText::new(labels::choice(words, now)).size(size::TABLE);
-        let combo = ComboBox::from_id_salt(self.of.key("method")).selected_text(shown).width(200.0);
+        let combo = ComboBox::from_id_salt(self.of.key("method")).selected_text(shown);
+        let combo = combo.truncate().width(ui.available_width().min(200.0));
         let shown = combo.show_ui(ui, |ui| {
             for word in ["local", "plane"] {
                 if ui.selectable_label(now == word, labels::choice(words, word)).clicked() {
@@ -341,7 +348,8 @@ impl Row<'_> {
     fn turn_ui(&self, ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView) {
         let Some(v) = self.triple("direction").filter(|_| self.kind != "slot") else { return };
         ui.horizontal(|ui| {
-            ui.add_space(super::fields::label_width(ui) + 6.0);
+            ui.spacing_mut().item_spacing.x = 0.0;
+            ui.add_space(super::fields::indent(ui));
             let text = scope.words.text("engineer.turn_round");
             if ui.add(Button::new(RichText::new(text).font(fonts::regular(size::NOTE)))).clicked() {
                 let turned = v.iter().map(|c| 0.0 - c).collect();

@@ -122,11 +122,16 @@ pub fn save_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing:
     }
 }
 
+/// Height of a list in a dialog: what the window leaves it beside fields and buttons.
+fn list_height(ui: &Ui, most: f32) -> f32 {
+    most.min(ui.ctx().content_rect().height() - 330.0).max(36.0)
+}
+
 /// What will be noted at the end of the file.
 fn changes_ui(ui: &mut Ui, scope: &Scope, editing: &Editing) {
     let words = scope.words;
     ui.label(RichText::new(words.count("engineer.changes", editing.changes().len())).font(fonts::semibold(size::BODY)));
-    ScrollArea::vertical().max_height(180.0).auto_shrink([false, true]).show(ui, |ui| {
+    ScrollArea::vertical().max_height(list_height(ui, 180.0)).auto_shrink([false, true]).show(ui, |ui| {
         for change in editing.changes() {
             let text = super::told::change(words, change);
             ui.add(egui::Label::new(RichText::new(text).size(size::TABLE)).wrap());
@@ -190,7 +195,7 @@ pub fn recovery_ui(ui: &mut Ui, scope: &mut Scope, editing: &Editing) {
         let key = if recovery.of_this_file { "save.found" } else { "save.found_of_other" };
         ui.add(egui::Label::new(words.text(key)).wrap());
         ui.add_space(6.0);
-        ScrollArea::vertical().max_height(220.0).auto_shrink([false, true]).show(ui, |ui| {
+        ScrollArea::vertical().max_height(list_height(ui, 220.0)).auto_shrink([false, true]).show(ui, |ui| {
             for change in editing.document.changes_to(&recovery.text) {
                 let text = super::told::change(words, &change);
                 ui.add(egui::Label::new(RichText::new(text).size(size::TABLE)).wrap());

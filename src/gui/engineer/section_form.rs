@@ -246,7 +246,7 @@ impl Line<'_> {
             label: self.label,
             now,
             decimals: 4,
-            room: 34.0,
+            room: if now.is_some() { 34.0 } else { 90.0 },
             severity: self.severity,
         };
         match asked.ui(ui, scope, view) {

@@ -130,6 +130,20 @@ pub struct Draft {
     pub note: Option<String>,
 }
 
+/// What is looked at where the window has no room for everything.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub enum Pane {
+    /// The part.
+    #[default]
+    View,
+    /// Sections and rows.
+    Plan,
+    /// The form, which other windows show beside it.
+    Form,
+    /// Problems, changes and what the plan makes of a scan.
+    Problems,
+}
+
 /// What shares the place below the 3D view.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Lower {
@@ -179,6 +193,8 @@ pub struct EngineerView {
     pub filter: String,
     /// What stands below the 3D view.
     pub lower: Lower,
+    /// What is looked at in a small window.
+    pub pane: Pane,
     /// The field that is typed into.
     pub typing: Option<Typing>,
     /// The field that gets the focus in the next frame.
@@ -191,6 +207,8 @@ pub struct EngineerView {
     pub saving: Option<SaveForm>,
     /// Why the plan was not saved.
     pub save_fault: Option<SaveError>,
+    /// The form is to come into sight.
+    pub(super) wants_form: bool,
     /// What is typed at the lock.
     pub(super) passwords: [String; 2],
     /// The plan that is being opened for editing.
@@ -221,6 +239,11 @@ impl EngineerView {
         self.section = if list == List::Feature { Section::Alignment } else { Section::Points };
         self.chosen = Chosen::one(list, row);
         self.draft = None;
+    }
+
+    /// The form comes into sight where one thing is shown at a time.
+    pub fn show_form(&mut self) {
+        self.wants_form = true;
     }
 
     /// Begins with a plan that was opened.

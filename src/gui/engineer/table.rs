@@ -18,7 +18,10 @@ use egui::{
 };
 
 const ROW: f32 = 26.0;
+/// Height of title and filter: below each other, and in one line where the place is low.
 const HEAD: f32 = 68.0;
+const LOW_HEAD: f32 = 40.0;
+const LOW: f32 = 300.0;
 
 /// Draws title, filter and rows.
 pub fn table_ui(
@@ -31,13 +34,14 @@ pub fn table_ui(
 ) {
     let list = view.section.list();
     let rows = editing.rows(list);
-    let foot = if list == List::Comparison { super::dialogs::foot(at.width()) } else { 0.0 };
+    let foot = if list == List::Comparison { super::dialogs::foot(ui, at.width(), scope.words) } else { 0.0 };
     let wide = breadth == Breadth::Wide && list == List::Comparison;
-    let head = at.with_max_y(at.top() + HEAD + if wide { 24.0 } else { 0.0 });
+    let low = at.height() < LOW;
+    let head = at.with_max_y(at.top() + if low { LOW_HEAD } else { HEAD } + if wide { 24.0 } else { 0.0 });
     if wide {
         columns_ui(ui, head.with_min_y(head.bottom() - 24.0), scope);
     }
-    head_ui(ui, head, list, rows.len(), scope, view);
+    head_ui(ui, head, low, list, rows.len(), scope, view);
     let shown: Vec<usize> = (0..rows.len()).filter(|k| is_wanted(&rows[*k], &view.filter, scope)).collect();
     let body = at.with_min_y(head.bottom()).with_max_y(at.bottom() - foot);
     let inner = egui::UiBuilder::new().max_rect(body);
@@ -76,7 +80,7 @@ pub fn table_ui(
     }
 }
 
-fn head_ui(ui: &mut Ui, head: Rect, list: List, count: usize, scope: &mut Scope, view: &mut EngineerView) {
+fn head_ui(ui: &mut Ui, head: Rect, low: bool, list: List, count: usize, scope: &mut Scope, view: &mut EngineerView) {
     let (words, theme) = (scope.words, scope.theme);
     let title = Rect::from_min_max(head.min + vec2(13.0, 4.0), pos2(head.right() - 13.0, head.top() + 32.0));
     let text = words.text(if list == List::Feature { "engineer.features" } else { "engineer.points" });
@@ -85,11 +89,17 @@ fn head_ui(ui: &mut Ui, head: Rect, list: List, count: usize, scope: &mut Scope,
         n => words.fill("engineer.chosen_of", &[("n", &words.thousands(n)), ("of", &words.thousands(count))]),
     };
     let wide = write::width(ui, text, fonts::semibold(size::TABLE)) + 8.0;
-    write::line(ui, title, Align2::LEFT_CENTER, text, fonts::semibold(size::TABLE), theme.text);
-    if title.width() - wide > write::width(ui, &note, fonts::regular(size::NOTE)) {
+    let field = match low {
+        // The filter keeps the better half.
+        true => title.with_min_x((title.left() + wide).min(title.center().x)).translate(vec2(0.0, 2.0)),
+        false => Rect::from_min_max(title.left_bottom(), pos2(title.right(), title.bottom() + 28.0)),
+    };
+    let words_to = if low { field.left() - 8.0 } else { title.right() };
+    let font = fonts::semibold(size::TABLE);
+    write::line(ui, title.with_max_x(words_to), Align2::LEFT_CENTER, text, font, theme.text);
+    if !low && title.width() - wide > write::width(ui, &note, fonts::regular(size::NOTE)) {
         write::line(ui, title, Align2::RIGHT_CENTER, &note, fonts::regular(size::NOTE), theme.quiet);
     }
-    let field = Rect::from_min_max(pos2(title.left(), title.bottom()), pos2(title.right(), title.bottom() + 28.0));
     let hint = words.text("engineer.filter");
     let edit = TextEdit::singleline(&mut view.filter)
         .align(Align2::LEFT_CENTER)
@@ -129,15 +139,16 @@ fn is_wanted(row: &RowInfo, filter: &str, scope: &Scope) -> bool {
 
 fn empty_ui(ui: &mut Ui, none: bool, list: List, scope: &mut Scope, view: &mut EngineerView) {
     let words = scope.words;
-    ui.add_space(8.0);
-    ui.horizontal_wrapped(|ui| {
-        ui.add_space(13.0);
+    let at = ui.max_rect().shrink2(vec2(13.0, 8.0));
+    ui.scope_builder(egui::UiBuilder::new().max_rect(at), |ui| {
         let key = match (none, list) {
             (true, List::Feature) => "engineer.no_features",
             (true, List::Comparison) => "engineer.no_points",
             (false, _) => "engineer.no_match",
         };
-        ui.label(RichText::new(words.text(key)).size(size::TABLE).color(scope.theme.quiet));
+        let text = RichText::new(words.text(key)).size(size::TABLE).color(scope.theme.quiet);
+        ui.add(egui::Label::new(text).wrap());
+        ui.add_space(4.0);
         if !none && ui.button(RichText::new(words.text("engineer.clear_filter")).size(size::TABLE)).clicked() {
             view.filter.clear();
         }
@@ -214,6 +225,9 @@ fn act(
             () if modifiers.command => view.chosen.toggle(list, row),
             () if modifiers.shift => choose_to(view, list, shown, place),
             () => choose(view, list, row),
+        }
+        if response.double_clicked() {
+            view.show_form();
         }
         view.draft = None;
     }

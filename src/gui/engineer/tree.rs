@@ -10,11 +10,47 @@ use crate::gui::scope::Scope;
 use crate::gui::theme::size;
 use crate::gui::widgets::{cards, words as write};
 use crate::plan::document::{At, FieldValue, List};
-use egui::{Align2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, ComboBox, Rect, RichText, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 const ROW: f32 = 30.0;
-/// The rows fold away the sections where there is no room for both.
-const LOW: f32 = 560.0;
+/// The lowest a row of a section may be.
+const LEAST_ROW: f32 = 24.0;
+/// What the points need below the sections: head, four rows, buttons.
+const TABLE: f32 = 250.0;
+/// Width from which sections and rows stand beside each other where they have no room below each other.
+const BESIDE_FROM: f32 = 400.0;
+const SECTIONS: f32 = Section::ALL.len() as f32;
+
+/// Where sections and rows stand in the card.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Inside {
+    /// The sections with their title; a menu when they are `folded`.
+    sections: Rect,
+    folded: bool,
+    /// Height of a section.
+    row: f32,
+    /// The rows.
+    table: Rect,
+}
+
+/// Divides the card: sections above rows, beside them, or folded into a menu above them.
+fn inside(card: Rect) -> Inside {
+    let inner = card.shrink(1.0);
+    let head = 6.0 + ROW;
+    let below = |row: f32| head + SECTIONS * row + 7.0;
+    let row = if below(ROW) + 310.0 <= card.height() { ROW } else { LEAST_ROW };
+    if below(row) + TABLE <= card.height() {
+        let (sections, table) = inner.split_top_bottom_at_y(card.top() + below(row));
+        return Inside { sections, folded: false, row, table };
+    }
+    if card.width() >= BESIDE_FROM {
+        let (sections, table) = inner.split_left_right_at_x(card.left() + (0.42 * card.width()).min(260.0));
+        let row = ((sections.height() - 8.0) / SECTIONS).clamp(20.0, ROW);
+        return Inside { sections, folded: false, row, table };
+    }
+    let (sections, table) = inner.split_top_bottom_at_y(card.top() + 44.0);
+    Inside { sections, folded: true, row: 28.0, table }
+}
 
 /// The key of a section's name among the texts.
 pub fn section_key(section: Section) -> &'static str {
@@ -72,21 +108,47 @@ fn holds(editing: &Editing, section: Section, scope: &Scope) -> String {
 /// Draws the card.
 pub fn tree_ui(ui: &mut Ui, at: Rect, breadth: Breadth, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {
     cards::card(ui, at, scope.theme);
-    let mut y = at.top() + 6.0;
-    let title = Rect::from_min_size(pos2(at.left() + 14.0, y), vec2(at.width() - 28.0, ROW));
-    let text = scope.words.text("engineer.plan");
-    write::line(ui, title, Align2::LEFT_CENTER, text, fonts::semibold(size::BODY), scope.theme.text);
-    y = title.bottom();
-    let row = if at.height() < LOW { 24.0 } else { ROW };
-    for section in Section::ALL {
-        let place = Rect::from_min_size(pos2(at.left() + 1.0, y), vec2(at.width() - 2.0, row));
-        section_ui(ui, place, section, scope, view, editing);
-        y = place.bottom();
-    }
+    let inside = inside(at);
     let rule = egui::Stroke::new(1.0, scope.theme.stroke);
-    ui.painter().hline(at.x_range(), y + 6.0, rule);
-    let rest = at.with_min_y(y + 7.0).shrink2(vec2(1.0, 1.0));
-    table::table_ui(ui, rest, breadth, scope, view, editing);
+    let sections = inside.sections;
+    if inside.folded {
+        menu_ui(ui, sections.shrink2(vec2(10.0, 8.0)), scope, view);
+    } else {
+        let mut y = sections.top() + 4.0;
+        if y + ROW + SECTIONS * inside.row <= sections.bottom() {
+            let title = Rect::from_min_size(pos2(sections.left() + 13.0, y), vec2(sections.width() - 26.0, ROW));
+            let text = scope.words.text("engineer.plan");
+            write::line(ui, title, Align2::LEFT_CENTER, text, fonts::semibold(size::BODY), scope.theme.text);
+            y = title.bottom();
+        }
+        for section in Section::ALL {
+            let place = Rect::from_min_size(pos2(sections.left(), y), vec2(sections.width(), inside.row));
+            section_ui(ui, place, section, scope, view, editing);
+            y = place.bottom();
+        }
+    }
+    if inside.table.left() > sections.left() {
+        ui.painter().vline(inside.table.left(), at.y_range(), rule);
+    } else {
+        ui.painter().hline(at.x_range(), inside.table.top(), rule);
+    }
+    table::table_ui(ui, inside.table, breadth, scope, view, editing);
+}
+
+/// The sections as a menu.
+fn menu_ui(ui: &mut Ui, at: Rect, scope: &Scope, view: &mut EngineerView) {
+    ui.scope_builder(egui::UiBuilder::new().max_rect(at), |ui| {
+        let name = RichText::new(scope.words.text(section_key(view.section))).font(fonts::semibold(size::BODY));
+        let combo = ComboBox::from_id_salt("engineer sections").selected_text(name).width(at.width());
+        let combo = combo.show_ui(ui, |ui| {
+            for section in Section::ALL {
+                if ui.selectable_label(view.section == section, scope.words.text(section_key(section))).clicked() {
+                    choose(view, section);
+                }
+            }
+        });
+        combo.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, scope.words.text("engineer.plan")));
+    });
 }
 
 fn section_ui(
@@ -138,10 +200,36 @@ pub fn choose(view: &mut EngineerView, section: Section) {
     view.section = section;
     view.chosen = Chosen::default();
     view.draft = None;
+    view.show_form();
 }
 
 /// The worst problem of a row.
 pub fn severity_of(editing: &Editing, list: List, row: usize) -> Option<Severity> {
     let at = if list == List::Feature { At::Feature(row) } else { At::Comparison(row) };
     editing.problems.iter().filter(|p| p.place.at == at).map(|p| p.diagnostic.severity).max()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gui::engineer::Pane;
+    use crate::gui::engineer::layout::places;
+
+    #[test]
+    fn sections_and_rows_have_room_in_every_window() {
+        for width in (480..=3840).step_by(20) {
+            for height in (260..=2060).step_by(20) {
+                let all = Rect::from_min_size(pos2(0.0, 64.0), vec2(width as f32, height as f32));
+                let Some(card) = places(all, Pane::Plan).tree else { panic!("{width} x {height}") };
+                let Inside { sections, folded, row, table } = inside(card);
+                let at = format!("{width} x {height}: {:?}", inside(card));
+                assert!(card.contains_rect(sections) && card.contains_rect(table), "{at}");
+                assert!(!sections.shrink(0.01).intersects(table.shrink(0.01)), "{at}");
+                assert!(folded || sections.height() >= SECTIONS * row + 4.0, "{at}");
+                // Title, filter and buttons leave room for at least two rows, three where the window is not the lowest.
+                assert!(table.width() >= 190.0 && table.height() >= 150.0, "{at}");
+                assert!(height < 420 || table.height() >= 220.0, "{at}");
+            }
+        }
+    }
 }

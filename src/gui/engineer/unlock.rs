@@ -19,37 +19,41 @@ pub fn unlock_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView) {
     let size = vec2(520.0_f32.min(all.width() - 32.0), f32::min(height, all.height() - 16.0));
     let card = Rect::from_center_size(all.center(), size);
     cards::card(ui, card, scope.theme);
-    let builder = egui::UiBuilder::new().max_rect(card.shrink(28.0));
-    ui.scope_builder(builder, |ui| {
-        let words = scope.words;
-        let title = words.text(if first { "lock.set_title" } else { "lock.title" });
-        ui.label(RichText::new(title).font(fonts::semibold(size::HEADER)));
-        ui.add_space(4.0);
-        let least = LEAST.to_string();
-        let note = match first {
-            true => words.fill("lock.set_note", &[("n", &least)]),
-            false => words.text("lock.note").to_owned(),
-        };
-        ui.add(egui::Label::new(RichText::new(note).color(scope.theme.quiet)).wrap());
-        ui.add_space(12.0);
-        let entered = fields_ui(ui, scope, view, first);
-        fault_ui(ui, scope);
-        ui.add_space(10.0);
-        let text = words.text(if first { "lock.set" } else { "lock.unlock" });
-        let may = !scope.lock.busy && scope.lock.wait(scope.now).is_none();
-        let fill = if may { scope.theme.accent } else { scope.theme.accent.gamma_multiply(0.45) };
-        let button = Button::new(RichText::new(text).size(size::BAR).color(scope.theme.on_accent)).fill(fill);
-        let clicked = ui.add_enabled(may, button.min_size(vec2(0.0, 44.0))).clicked();
-        if (clicked || entered) && may {
-            let [one, two] = std::mem::take(&mut view.passwords).map(Secret::new);
-            let command = if first { Command::SetPassword(one, two) } else { Command::Unlock(one) };
-            scope.ask(Action::Engineer(command));
-        }
-        ui.add_space(14.0);
-        if !first {
-            forgotten_ui(ui, scope);
-        }
-    });
+    // In a low window the card is one to scroll.
+    let margin = if card.height() < height { 12.0 } else { 28.0 };
+    let builder = egui::UiBuilder::new().max_rect(card.shrink(margin));
+    ui.scope_builder(builder, |ui| egui::ScrollArea::vertical().show(ui, |ui| card_ui(ui, scope, view, first)));
+}
+
+fn card_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, first: bool) {
+    let words = scope.words;
+    let title = words.text(if first { "lock.set_title" } else { "lock.title" });
+    ui.label(RichText::new(title).font(fonts::semibold(size::HEADER)));
+    ui.add_space(4.0);
+    let least = LEAST.to_string();
+    let note = match first {
+        true => words.fill("lock.set_note", &[("n", &least)]),
+        false => words.text("lock.note").to_owned(),
+    };
+    ui.add(egui::Label::new(RichText::new(note).color(scope.theme.quiet)).wrap());
+    ui.add_space(12.0);
+    let entered = fields_ui(ui, scope, view, first);
+    fault_ui(ui, scope);
+    ui.add_space(10.0);
+    let text = words.text(if first { "lock.set" } else { "lock.unlock" });
+    let may = !scope.lock.busy && scope.lock.wait(scope.now).is_none();
+    let fill = if may { scope.theme.accent } else { scope.theme.accent.gamma_multiply(0.45) };
+    let button = Button::new(RichText::new(text).size(size::BAR).color(scope.theme.on_accent)).fill(fill);
+    let clicked = ui.add_enabled(may, button.min_size(vec2(0.0, 44.0))).clicked();
+    if (clicked || entered) && may {
+        let [one, two] = std::mem::take(&mut view.passwords).map(Secret::new);
+        let command = if first { Command::SetPassword(one, two) } else { Command::Unlock(one) };
+        scope.ask(Action::Engineer(command));
+    }
+    ui.add_space(14.0);
+    if !first {
+        forgotten_ui(ui, scope);
+    }
 }
 
 /// One field, or two for a new password. Returns whether Enter was pressed in the last of them.

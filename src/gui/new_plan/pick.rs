@@ -14,13 +14,16 @@ const LINE: f32 = 40.0;
 /// Draws the step.
 pub fn pick_ui(ui: &mut Ui, body: Rect, scope: &mut Scope<'_>, assistant: &Assistant, view: &mut EngineerView) {
     let line = body.with_max_y(body.top() + LINE);
+    // The line stands where the engineer's header would.
+    let rest = body.with_min_y(line.bottom() - engineer::HEADER);
+    let mut line = line.shrink2(vec2(16.0, 4.0));
+    let Some(editing) = &scope.facts.editing else { return };
+    let breadth = engineer::breadth(rest, view);
+    line.min.x = engineer::panes_ui(ui, line, breadth, scope, view, editing);
     if let Some(document) = super::document(scope, assistant) {
-        held_ui(ui, line.shrink2(vec2(16.0, 4.0)), document, scope);
+        held_ui(ui, line, document, scope);
     }
-    if let Some(editing) = &scope.facts.editing {
-        // The line stands where the engineer's header would.
-        engineer::body_ui(ui, body.with_min_y(line.bottom() - engineer::HEADER), scope, view, editing);
-    }
+    engineer::body_ui(ui, rest, scope, view, editing);
 }
 
 /// The first hole, slot and surface feature, once all three are there.

@@ -97,7 +97,7 @@ fn scene_ui(
     }
     let size = size_of(at);
     linked.pointer(ui, &response, at, content);
-    if !ui.ctx().text_edit_focused() && response.has_focus() {
+    if scope.letters_are_free(ui) && response.has_focus() {
         linked.keys(ui, at, content, MARGIN);
     }
     let camera = linked.camera(content, (size, MARGIN), ui);

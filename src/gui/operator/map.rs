@@ -46,7 +46,7 @@ pub(super) fn map_ui(ui: &mut Ui, place: Rect, part: &Arc<FinishedPart>, painter
     };
     let places: Vec<Option<Placed>> = marks.iter().map(placed).collect();
     let all: Vec<usize> = (0..marks.len()).collect();
-    let banners = overlay::banners(ui, place, &marks, &places, &all);
+    let banners = overlay::banners(ui, place, &marks, &places, &all, &[]);
     overlay::leaders(&ui.painter_at(place), &banners, None, theme);
     overlay::markers(ui.painter(), &marks, &places, None, theme);
     let clicked = overlay::flags(ui, &banners, &marks, None, theme);

@@ -14,13 +14,27 @@ use crate::plan::document::{Document, FORM, FieldValue};
 use crate::report::palette::Palette;
 use egui::{Align, Button, Layout, Popup, Rect, RichText, Role, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-fn small(text: &str) -> RichText {
+/// Words of the controls.
+pub fn small(text: &str) -> RichText {
     RichText::new(text).size(size::TABLE)
 }
 
+/// What a button with words takes, with the gap behind it.
+pub fn button_width(ui: &Ui, text: &str) -> f32 {
+    crate::gui::widgets::words::width(ui, text, fonts::regular(size::TABLE)) + 16.0 + 6.0
+}
+
+/// The same of one that opens a menu.
+pub fn menu_width(ui: &Ui, text: &str) -> f32 {
+    button_width(ui, &format!("{text}{TRIANGLE}"))
+}
+
+/// Room for the triangle behind the words.
+const TRIANGLE: &str = "      ";
+
 /// A button that opens a menu: its words and a small triangle.
-fn menu_button(ui: &mut Ui, text: &str) -> egui::Response {
-    let button = ui.add(Button::new(small(&format!("{text}      "))));
+pub fn menu_button(ui: &mut Ui, text: &str) -> egui::Response {
+    let button = ui.add(Button::new(small(&format!("{text}{TRIANGLE}"))));
     let at = pos2(button.rect.right() - 13.0, button.rect.center().y);
     let corners = [vec2(-4.0, -2.0), vec2(4.0, -2.0), vec2(0.0, 3.5)].map(|v| at + v);
     let colour = ui.style().visuals.text_color();
@@ -38,13 +52,27 @@ pub fn fit_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
     }
 }
 
+/// Which points have a flag, in words.
+pub fn labels_words(labels: Labels, words: &Words) -> &str {
+    words.text(match labels {
+        Labels::Worst => "results.labels_worst",
+        Labels::All => "results.labels_all",
+        Labels::None => "results.labels_none",
+    })
+}
+
+/// What the map view shows, in words.
+pub fn layer_words(layer: Layer, words: &Words) -> &str {
+    words.text(match layer {
+        Layer::Cad => "results.layer_cad",
+        Layer::Surface => "results.layer_surface",
+        Layer::Cloud => "results.layer_cloud",
+    })
+}
+
 /// Which points have a flag.
 pub fn labels_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
-    let of = |labels| match labels {
-        Labels::Worst => words.text("results.labels_worst"),
-        Labels::All => words.text("results.labels_all"),
-        Labels::None => words.text("results.labels_none"),
-    };
+    let of = |labels| labels_words(labels, words);
     let button = menu_button(ui, of(view.labels));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, of(view.labels)));
     Popup::menu(&button).show(|ui| {
@@ -58,11 +86,7 @@ pub fn labels_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
 
 /// What the map view shows, and which points.
 pub fn layer_ui(ui: &mut Ui, alone: bool, content: &Content<'_>, view: &mut ResultsView, words: &Words) {
-    let of = |layer| match layer {
-        Layer::Cad => words.text("results.layer_cad"),
-        Layer::Surface => words.text("results.layer_surface"),
-        Layer::Cloud => words.text("results.layer_cloud"),
-    };
+    let of = |layer| layer_words(layer, words);
     let now = view.layer(alone);
     let button = menu_button(ui, of(now));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, of(now)));
@@ -97,7 +121,7 @@ pub fn layer_ui(ui: &mut Ui, alone: bool, content: &Content<'_>, view: &mut Resu
 /// Measuring on or off.
 pub fn measure_button_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
     let text = words.text("results.measure");
-    let button = ui.add(Button::selectable(view.measuring, small(&format!("{text} M"))));
+    let button = ui.add(Button::selectable(view.measuring, small(&format!("{text} M"))).frame_when_inactive(true));
     button.widget_info(|| WidgetInfo::selected(Role::Button, true, view.measuring, text));
     if button.clicked() {
         view.toggle_measuring();
@@ -107,42 +131,65 @@ pub fn measure_button_ui(ui: &mut Ui, view: &mut ResultsView, words: &Words) {
 /// The picture of a view: copied or saved.
 pub fn picture_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, words: &Words) {
     let button = menu_button(ui, words.text("results.picture"));
-    Popup::menu(&button).show(|ui| {
-        if ui.button(format!("{}  Ctrl+C", words.text("results.copy_picture"))).clicked() {
-            view.picture.copy(ui.ctx(), at);
-        }
-        if ui.button(format!("{}  Ctrl+Shift+S", words.text("results.save_picture"))).clicked() {
-            view.picture.save(ui.ctx(), at);
-        }
-    });
+    Popup::menu(&button).show(|ui| picture_rows_ui(ui, at, view, words));
 }
 
-/// Range, bands and palette of this view, under the legend.
-pub fn scale_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &mut Scope) {
+/// The rows of that menu.
+pub fn picture_rows_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, words: &Words) {
+    if ui.button(format!("{}  Ctrl+C", words.text("results.copy_picture"))).clicked() {
+        view.picture.copy(ui.ctx(), at);
+    }
+    if ui.button(format!("{}  Ctrl+Shift+S", words.text("results.save_picture"))).clicked() {
+        view.picture.save(ui.ctx(), at);
+    }
+}
+
+/// Range, bands and palette of this view, in the line below it.
+pub fn scale_ui(ui: &mut Ui, line: Rect, view: &mut ResultsView, scope: &mut Scope) {
+    let rule = Stroke::new(1.0, scope.theme.stroke);
+    ui.painter().hline(line.x_range(), line.top() + 0.5, rule);
+    let place = line.shrink2(vec2(12.0, 4.0));
+    let builder = egui::UiBuilder::new().max_rect(place).layout(Layout::left_to_right(Align::Center));
+    ui.scope_builder(builder, |ui| scale_controls_ui(ui, view, scope));
+}
+
+/// The same one after the other, wherever they stand.
+pub fn scale_controls_ui(ui: &mut Ui, view: &mut ResultsView, scope: &mut Scope) {
     let words = scope.words;
-    let place = Rect::from_min_max(pos2(at.left() + 80.0, at.bottom() - 38.0), at.max - vec2(10.0, 8.0));
-    let builder = egui::UiBuilder::new().max_rect(place).layout(Layout::right_to_left(Align::Center));
-    ui.scope_builder(builder, |ui| {
-        ui.spacing_mut().item_spacing.x = 6.0;
-        palette_ui(ui, view, words);
-        bands_ui(ui, view, words);
-        let id = ui.scope_id().with("range");
-        let typed = |view: &ResultsView| words.number(view.scale.range_mm, 3);
-        let mut text = ui.data_mut(|d| d.get_temp::<String>(id)).unwrap_or_else(|| typed(view));
-        let field = egui::TextEdit::singleline(&mut text).desired_width(68.0).font(fonts::mono(size::TABLE));
-        let field = ui.add(field);
-        field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, words.text("results.range")));
-        if field.has_focus() {
-            if let Some(range) = crate::gui::text::typed_number(&text).filter(|r| (1e-3..=1e3).contains(r)) {
-                view.scale.range_mm = range;
-            }
-            ui.data_mut(|d| d.insert_temp(id, text));
-        } else {
-            ui.data_mut(|d| d.remove_temp::<String>(id));
+    ui.spacing_mut().item_spacing.x = 6.0;
+    ui.spacing_mut().button_padding.x = 8.0;
+    ui.label(small(words.text("results.range")).color(scope.theme.text));
+    let id = egui::Id::unique("range of the map");
+    let typed = |view: &ResultsView| words.number(view.scale.range_mm, 3);
+    let mut text = ui.data_mut(|d| d.get_temp::<String>(id)).unwrap_or_else(|| typed(view));
+    let field = egui::TextEdit::singleline(&mut text)
+        .desired_width(60.0)
+        .min_size(vec2(60.0, 26.0))
+        .margin(egui::Margin::symmetric(5, 2))
+        .align(egui::Align2::RIGHT_CENTER)
+        .font(fonts::mono(size::TABLE));
+    let field = ui.add(field);
+    field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, words.text("results.range")));
+    if field.has_focus() {
+        if let Some(range) = crate::gui::text::typed_number(&text).filter(|r| (1e-3..=1e3).contains(r)) {
+            view.scale.range_mm = range;
         }
-        ui.label(small(words.text("results.range")));
+        ui.data_mut(|d| d.insert_temp(id, text));
+    } else {
+        ui.data_mut(|d| d.remove_temp::<String>(id));
+    }
+    // What is typed holds for this view: where it is not the plan's, that is told, with the way back.
+    let of_plan = view.range_of_plan().filter(|range| *range != view.scale.range_mm);
+    if let Some(range_mm) = of_plan {
+        let frame = Stroke::new(2.0, scope.theme.accent);
+        ui.painter().rect_stroke(field.rect, 4, frame, egui::StrokeKind::Inside);
+        if ui.add(Button::new(small(words.text("results.as_in_plan")))).clicked() {
+            view.scale.range_mm = range_mm;
+        }
         keep_ui(ui, view.scale.range_mm, scope);
-    });
+    }
+    bands_ui(ui, view, words);
+    palette_ui(ui, view, words);
 }
 
 /// Puts the range into the plan that is edited, where it has another one.

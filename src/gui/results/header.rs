@@ -17,36 +17,45 @@ use std::sync::Arc;
 /// Lamps of parts that are shown at most.
 const LAMPS: usize = 20;
 const LAMP: [f32; 2] = [25.0, 46.0];
+/// The least width of a button with words, and that of one with an arrow.
 const BUTTON: f32 = 96.0;
+const ARROW: f32 = 38.0;
 
 /// Draws the line for the part looked at.
 pub fn header_ui(ui: &mut Ui, at: Rect, part: &Arc<FinishedPart>, place: usize, scope: &mut Scope) {
     let (theme, words) = (scope.theme, scope.words);
     let sign = Sign::of(&part.result);
-    let sign_place = Rect::from_center_size(pos2(at.left() + 22.0, at.center().y), vec2(42.0, 42.0));
+    let y = at.center().y;
+    let sign_place = Rect::from_center_size(pos2(at.left() + 22.0, y), vec2(42.0, 42.0));
     sign.paint(ui.painter(), sign_place, theme);
     let word = sign.word(words);
     let of = part_words(part, words);
     let wide =
         write::width(ui, word, fonts::semibold(size::HEADER)).max(write::width(ui, &of, fonts::regular(size::TABLE)));
-    let verdict = Rect::from_min_size(pos2(at.left() + 56.0, at.top() + 6.0), vec2(wide + 4.0, 30.0));
+    let verdict = Rect::from_min_size(pos2(at.left() + 56.0, y - 26.0), vec2(wide + 4.0, 30.0));
     write::line(ui, verdict, Align2::LEFT_CENTER, word, fonts::semibold(size::HEADER), sign.text_colour(theme));
-    let below = Rect::from_min_size(pos2(verdict.left(), at.top() + 37.0), vec2(wide + 4.0, 18.0));
+    let below = Rect::from_min_size(pos2(verdict.left(), y + 5.0), vec2(wide + 4.0, 18.0));
     write::line(ui, below, Align2::LEFT_CENTER, &of, fonts::regular(size::TABLE), theme.quiet);
+    let lamps_left = lamps_ui(ui, at.with_min_x(verdict.right() + 16.0), place, scope);
+    if lamps_left - verdict.right() < LEAST_NAMES + 56.0 {
+        return;
+    }
     let mut x = rule(ui, verdict.right() + 16.0, at, theme.stroke);
-    let lamps_left = lamps_ui(ui, at, place, scope);
     let counts = counts_of(part, words);
     let counts_width = counts_width(ui, &counts);
     let room = lamps_left - x - 24.0;
     let natural = names_width(ui, part, words);
-    let names_width =
-        if room > counts_width + 220.0 { (room - counts_width - 40.0).min(natural) } else { room.max(60.0) };
+    let with_counts = room > counts_width + 220.0;
+    let names_width = if with_counts { (room - counts_width - 40.0).min(natural) } else { room };
     names_ui(ui, Rect::from_min_size(pos2(x, at.top()), vec2(names_width, at.height())), part, scope);
-    if room > counts_width + 220.0 {
+    if with_counts {
         x = rule(ui, x + names_width + 12.0, at, theme.stroke);
         counts_ui(ui, pos2(x, at.center().y), &counts, scope);
     }
 }
+
+/// The least room for the part's name.
+const LEAST_NAMES: f32 = 110.0;
 
 /// A thin line down; returns where to go on.
 fn rule(ui: &Ui, x: f32, at: Rect, colour: egui::Color32) -> f32 {
@@ -73,9 +82,9 @@ fn names_width(ui: &Ui, part: &FinishedPart, words: &Words) -> f32 {
 /// Two lines: the part's name; scan, side, margin and inliers.
 fn names_ui(ui: &mut Ui, at: Rect, part: &FinishedPart, scope: &Scope) {
     let (theme, [name, scan]) = (scope.theme, names(part, scope.words));
-    let first = Rect::from_min_size(pos2(at.left(), at.top() + 10.0), vec2(at.width(), 22.0));
+    let first = Rect::from_min_size(pos2(at.left(), at.center().y - 22.0), vec2(at.width(), 22.0));
     write::line(ui, first, Align2::LEFT_CENTER, &name, fonts::semibold(size::BAR), theme.text);
-    let below = Rect::from_min_size(pos2(at.left(), at.top() + 35.0), vec2(at.width(), 20.0));
+    let below = Rect::from_min_size(pos2(at.left(), at.center().y + 3.0), vec2(at.width(), 20.0));
     write::line(ui, below, Align2::LEFT_CENTER, &scan, fonts::regular(size::TABLE), theme.quiet);
 }
 
@@ -126,20 +135,37 @@ fn counts_ui(ui: &mut Ui, from: egui::Pos2, counts: &[(Verdict, String)], scope:
     }
 }
 
-/// Previous, lamps, next, from the right; returns where they begin.
+/// Previous, lamps, next, from the right; returns where they begin. The words of the buttons give way to arrows where they would leave
+/// no room for lamps.
 fn lamps_ui(ui: &mut Ui, at: Rect, place: usize, scope: &mut Scope) -> f32 {
     let words = scope.words;
-    let parts = &scope.facts.parts;
-    let many = ((at.width() * 0.3 / LAMP[0]) as usize).clamp(3, LAMPS).min(parts.len());
+    let parts = scope.facts.parts.len();
+    let of = |key: &str| write::width(ui, words.text(key), fonts::regular(size::BODY)) + 24.0;
+    let with_words = of("results.previous").max(of("results.next")).max(BUTTON);
+    let in_words = at.width() >= 2.0 * with_words + 16.0 + 5.0 * LAMP[0] + LEAST_NAMES;
+    let button_width = if in_words { with_words } else { ARROW };
+    let room = at.width() - 2.0 * button_width - 16.0;
+    let most = if in_words { room - LEAST_NAMES } else { room };
+    let many =
+        ((most / LAMP[0]).max(1.0) as usize).min((at.width() * 0.35 / LAMP[0]) as usize).clamp(1, LAMPS).min(parts);
     // The part looked at stays in sight; else the newest ones.
-    let first = parts.len().saturating_sub(many).min(place);
-    let last = parts.len() - 1;
+    let first = parts.saturating_sub(many).min(place);
+    let last = parts - 1;
     let y = at.center().y;
-    let button = |right: f32| Rect::from_min_max(pos2(right - BUTTON, y - 15.0), pos2(right, y + 15.0));
+    let button = |right: f32| Rect::from_min_max(pos2(right - button_width, y - 15.0), pos2(right, y + 15.0));
     let next = button(at.right());
     let mut step = |ui: &mut Ui, place_of: Rect, key: &str, to: Option<usize>| {
         let text = words.text(key);
-        let response = ui.add_enabled_ui(to.is_some(), |ui| ui.put(place_of, Button::new(text))).inner;
+        let shown = if in_words { text } else { "" };
+        let response = ui.add_enabled_ui(to.is_some(), |ui| ui.put(place_of, Button::new(shown))).inner;
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, to.is_some(), text));
+        if !in_words {
+            let towards = if key == "results.next" { 1.0 } else { -1.0 };
+            let line = [vec2(-3.5, -7.0), vec2(3.5, 0.0), vec2(-3.5, 7.0)];
+            let line = line.map(|v| place_of.center() + vec2(towards * v.x, v.y)).to_vec();
+            let colour = if to.is_some() { scope.theme.text } else { scope.theme.strong_stroke };
+            ui.painter().line(line, Stroke::new(2.0, colour));
+        }
         if response.clicked() {
             scope.actions.push(Action::ChoosePart(to));
         }

@@ -1,4 +1,4 @@
-//! Keys of the results screen, while no field has the focus.
+//! Keys of the results screen, while no field or dialog owns them.
 
 use super::ResultsView;
 use super::layout::Places;
@@ -19,7 +19,7 @@ pub fn keys(
     view: &mut ResultsView,
     scope: &mut Scope,
 ) {
-    if ui.ctx().text_edit_focused() || scope.view.help || scope.view.typed_path.is_some() {
+    if !scope.letters_are_free(ui) {
         return;
     }
     let pressed = |modifiers: Modifiers, key: Key| ui.input_mut(|i| i.consume_key(modifiers, key));
@@ -33,7 +33,8 @@ pub fn keys(
     if pressed(Modifiers::NONE, Key::M) {
         view.toggle_measuring();
     }
-    let scene = super::views::inside(places.map);
+    let layer = view.layer(places.cad.is_none());
+    let (scene, _) = super::views::parts(places.map, layer);
     if ui.input_mut(|i| i.consume_key(Modifiers::COMMAND | Modifiers::SHIFT, Key::S)) {
         view.picture.save(ui.ctx(), scene);
     }
@@ -48,6 +49,6 @@ pub fn keys(
     if let Some(content) = content
         && ui.memory(|m| m.focused().is_none())
     {
-        view.linked.keys(ui, places.map, content, view.margin);
+        view.linked.keys(ui, super::views::map_scene(places.map, layer), content, view.margin);
     }
 }

@@ -38,8 +38,12 @@ pub struct Places {
 
 const GAP: f32 = 8.0;
 const EDGE: f32 = 16.0;
-const HEADER: f32 = 64.0;
-const TABS: f32 = 44.0;
+/// Heights of the header and of the tabs; the second ones hold in a low window.
+const HEADER: [f32; 2] = [64.0, 54.0];
+const TABS: [f32; 2] = [44.0, 34.0];
+const LOW: f32 = 400.0;
+/// Height under which view and trend do not both have room.
+const MIDDLE_HIGH: f32 = 460.0;
 /// Widths from which there is room for more, points.
 pub const MIDDLE_FROM: f32 = 1200.0;
 /// The same for two views.
@@ -47,12 +51,14 @@ pub const WIDE_FROM: f32 = 1600.0;
 
 /// Divides a place.
 pub fn places(all: Rect) -> Places {
-    let header = Rect::from_min_max(pos2(all.left() + EDGE, all.top()), pos2(all.right() - EDGE, all.top() + HEADER));
+    let low = usize::from(all.height() < LOW);
+    let header_to = all.top() + HEADER[low];
+    let header = Rect::from_min_max(pos2(all.left() + EDGE, all.top()), pos2(all.right() - EDGE, header_to));
     let body =
         Rect::from_min_max(pos2(all.left() + EDGE, header.bottom()), pos2(all.right() - EDGE, all.bottom() - GAP));
-    if all.width() < MIDDLE_FROM {
-        let tabs = body.with_max_y(body.top() + TABS);
-        let rest = body.with_min_y(tabs.bottom() + GAP);
+    if all.width() < MIDDLE_FROM || all.height() < MIDDLE_HIGH {
+        let tabs = body.with_max_y(body.top() + TABS[low]);
+        let rest = body.with_min_y(tabs.bottom() + if low == 1 { 4.0 } else { GAP });
         let breadth = Breadth::Narrow;
         return Places {
             breadth,
@@ -97,9 +103,9 @@ mod tests {
 
     #[test]
     fn every_place_is_inside_and_only_shared_ones_overlap() {
-        for width in [768.0, 1000.0, 1200.0, 1280.0, 1599.0, 1600.0, 1920.0, 3840.0] {
-            for height in [480.0, 700.0, 950.0, 2000.0] {
-                let all = Rect::from_min_size(pos2(3.0, 72.0), egui::vec2(width, height));
+        for width in (480..=3840).step_by(20) {
+            for height in (260..=2060).step_by(20) {
+                let all = Rect::from_min_size(pos2(3.0, 72.0), egui::vec2(width as f32, height as f32));
                 let p = places(all);
                 let of = [
                     Some(p.header),
@@ -118,7 +124,10 @@ mod tests {
                         assert!(a == b || !a.shrink(0.5).intersects(b.shrink(0.5)), "{width} x {height}: {a:?} {b:?}");
                     }
                 }
-                assert_eq!(p.cad.is_some(), width >= WIDE_FROM);
+                assert_eq!(p.cad.is_some(), width >= 1600 && height >= 460);
+                // Of the map, something is left beside bar, line and legend.
+                assert!(p.map.width() >= 360.0 && p.map.height() >= 150.0, "{width} x {height}: {:?}", p.map);
+                assert!(p.table.height() >= 150.0 && p.table.width() >= 440.0, "{width} x {height}: {:?}", p.table);
             }
         }
     }

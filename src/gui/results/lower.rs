@@ -79,10 +79,13 @@ impl Lowers<'_> {
     pub fn either(&self, ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &mut Scope) {
         cards::card(ui, at, scope.theme);
         let bar = at.with_max_y(at.top() + TITLE);
-        let choices = [
-            (Lower::Trend, self.trend_title(scope)),
-            (Lower::Histogram, scope.words.text("results.map_points").to_owned()),
-        ];
+        let wide = |text: &str| write::width(ui, text, fonts::semibold(size::TABLE)) + 24.0;
+        let map = scope.words.text("results.map_points");
+        let room = bar.width() - wide(map) - span_width(ui, scope) - 40.0;
+        // Which point it is stands in the other tabs, too.
+        let trend = Some(self.trend_title(scope)).filter(|title| wide(title) <= room);
+        let trend = trend.unwrap_or_else(|| scope.words.text("results.tab_trend").to_owned());
+        let choices = [(Lower::Trend, trend), (Lower::Histogram, map.to_owned())];
         let mut x = bar.left() + 10.0;
         for (lower, text) in choices {
             let wide = write::width(ui, &text, fonts::semibold(size::TABLE)) + 24.0;
@@ -103,10 +106,18 @@ impl Lowers<'_> {
     }
 }
 
+const SPANS: [(Span, &str); 2] = [(Span::Last, "results.last_200"), (Span::Sequence, "results.this_sequence")];
+
+/// What that switch takes.
+fn span_width(ui: &Ui, scope: &Scope) -> f32 {
+    let of = |key: &str| write::width(ui, scope.words.text(key), fonts::semibold(size::TABLE)) + 26.0;
+    SPANS.iter().map(|(_, key)| of(key)).sum()
+}
+
 /// The switch between this sequence and the last parts, at the right of a card's title; returns where it begins.
 fn span_ui(ui: &mut Ui, card: Rect, span: &mut Span, scope: &Scope) -> f32 {
     let mut right = card.right() - 10.0;
-    for (which, key) in [(Span::Last, "results.last_200"), (Span::Sequence, "results.this_sequence")] {
+    for (which, key) in SPANS {
         let text = scope.words.text(key);
         let wide = write::width(ui, text, fonts::semibold(size::TABLE)) + 20.0;
         let place = Rect::from_min_size(pos2(right - wide, card.top() + 5.0), vec2(wide, 26.0));

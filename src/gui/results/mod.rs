@@ -16,6 +16,7 @@ mod sentence;
 mod still_plot;
 mod table;
 mod trend;
+mod view_bar;
 mod views;
 mod why;
 
@@ -163,6 +164,11 @@ impl ResultsView {
         self.layer = Some(layer);
     }
 
+    /// The range that the plan of the part looked at gives.
+    fn range_of_plan(&self) -> Option<f64> {
+        self.of.as_ref().map(|(_, range_mm)| views::scale_of(*range_mm).range_mm)
+    }
+
     /// Measuring on or off; begins anew.
     fn toggle_measuring(&mut self) {
         self.measuring = !self.measuring;
@@ -241,7 +247,6 @@ fn measured_ui(
     let points = &inspection.points;
     let chosen = scope.view.point.and_then(|k| points.get(k));
     let ready = ready(ui, part, place, inspection, view, scope);
-    keys::keys(ui, points, places, ready.as_ref().map(|r| &r.part), view, scope);
     let narrow = places.breadth == Breadth::Narrow;
     if let Some(tabs) = places.tabs {
         tabs_ui(ui, tabs, view, scope);
@@ -250,7 +255,7 @@ fn measured_ui(
         scenes_ui(ui, places, part, inspection, ready.as_ref(), view, scope);
     }
     if !narrow || view.tab == Tab::Points {
-        let columns = if places.breadth == Breadth::Middle { Columns::Few } else { Columns::Full };
+        let columns = Columns::in_width(places.table.width());
         if let Some(k) = table::table_ui(ui, places.table, points, &mut view.table, columns, scope) {
             // A click on the chosen row flies there again.
             view.visited = None;
@@ -270,6 +275,8 @@ fn measured_ui(
         Breadth::Narrow if view.tab == Tab::Trend => lower_ui.either(ui, places.trend, view, scope),
         Breadth::Narrow => {}
     }
+    // When all that could be typed into has been drawn.
+    keys::keys(ui, points, places, ready.as_ref().map(|r| &r.part), view, scope);
 }
 
 /// What is ready of the part looked at. An older part whose points were let go is inspected again for them.
@@ -312,8 +319,9 @@ fn scenes_ui(
     };
     let spacing_mm = part.scan.as_ref().map_or(1.0, |s| s.spacing_mm);
     let content = Content { part: &ready.part, map: ready.map.as_ref(), inspection, plan: &part.plan, spacing_mm };
-    view.margin = views::margin(view.labels, places.map);
-    view.fit_size = size_of(views::map_scene(places.map, view.layer(places.cad.is_none())));
+    let scene = views::map_scene(places.map, view.layer(places.cad.is_none()));
+    view.margin = views::margin(view.labels, scene);
+    view.fit_size = size_of(scene);
     if std::mem::take(&mut view.fit) {
         view.linked.fit(&ready.part, view.fit_size, view.margin, ui);
     }

@@ -27,6 +27,13 @@ pub enum Columns {
     Few,
 }
 
+impl Columns {
+    /// Those that have room.
+    pub fn in_width(width: f32) -> Self {
+        if width < 620.0 { Columns::Few } else { Columns::Full }
+    }
+}
+
 /// The table's own state.
 #[derive(Debug, Default)]
 pub struct TableView {
@@ -83,17 +90,9 @@ pub fn table_ui(
 fn head_ui(ui: &mut Ui, head: Rect, points: &[PointResult], view: &mut TableView, scope: &mut Scope) {
     let (theme, words) = (scope.theme, scope.words);
     let title = Rect::from_min_max(head.min + vec2(12.0, 0.0), head.max);
-    write::line(
-        ui,
-        title.with_max_x(title.left() + 170.0),
-        Align2::LEFT_CENTER,
-        words.text("results.points"),
-        fonts::semibold(size::BODY),
-        theme.text,
-    );
     let builder =
         egui::UiBuilder::new().max_rect(title.shrink2(vec2(12.0, 7.0))).layout(Layout::right_to_left(Align::Center));
-    ui.scope_builder(builder, |ui| {
+    let shown = ui.scope_builder(builder, |ui| {
         let next = format!("{}  N", words.text("results.next_out"));
         let button = ui.add(egui::Button::new(RichText::new(next).size(size::TABLE)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text("results.next_out")));
@@ -106,7 +105,11 @@ fn head_ui(ui: &mut Ui, head: Rect, points: &[PointResult], view: &mut TableView
         let field = egui::TextEdit::singleline(&mut view.order.filter).hint_text(hint).desired_width(120.0);
         let field = ui.add(field);
         field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, words.text("results.filter")));
+        ui.min_rect().left()
     });
+    let line = title.with_max_x(shown.inner - 10.0);
+    let (text, font) = (words.text("results.points"), fonts::semibold(size::BODY));
+    write::line(ui, line, Align2::LEFT_CENTER, text, font, theme.text);
 }
 
 /// What stands where no point does.

@@ -1,8 +1,9 @@
 //! The two views of a part: the CAD with its points, and the map.
 
 use super::ResultsView;
-use super::controls::{fit_ui, labels_ui, layer_ui, measure_button_ui, picture_ui, scale_ui};
+use super::controls::scale_ui;
 use super::numbers;
+use super::view_bar::{BAR, cad_bar_ui, map_bar_ui};
 use crate::gui::action::Action;
 use crate::gui::fonts;
 use crate::gui::scene::camera::Camera;
@@ -13,7 +14,6 @@ use crate::gui::scene::linked::{FLAG_MARGIN, size_of};
 use crate::gui::scene::overlay::{self, Mark};
 use crate::gui::scene::pick;
 use crate::gui::scene::renderer::{Layer, Request};
-use crate::gui::scene::standard::standard_ui;
 use crate::gui::scene::tones::tones;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
@@ -23,11 +23,12 @@ use crate::inspect::{Inspection, PointResult};
 use crate::plan::Plan;
 use crate::report::palette::{Palette, Scale};
 use crate::report::words::worst_first;
-use egui::{Align, Align2, Layout, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
 
-/// Height of a view's bar.
-const BAR: f32 = 40.0;
+/// Height of the line with range, bands and palette below a map; a card that is lower than `LINE_FROM` has none.
+const LINE: f32 = 36.0;
+const LINE_FROM: f32 = 210.0;
 
 /// Which points have a flag.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -71,12 +72,7 @@ pub fn marks(points: &[PointResult], words: &Words) -> Vec<Mark> {
 pub fn cad_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, view: &mut ResultsView, scope: &mut Scope) {
     let theme = scope.theme;
     cards::card(ui, at, theme);
-    let bar = at.with_max_y(at.top() + BAR);
-    title(ui, bar, "results.cad_and_points", scope);
-    bar_ui(ui, bar, |ui| {
-        standard_ui(ui, &mut view.linked, scope.words);
-        fit_ui(ui, view, scope.words);
-    });
+    cad_bar_ui(ui, at.with_max_y(at.top() + BAR), view, scope);
     let scene = inside(at);
     let camera = scene_ui(ui, scene, 0, Layer::Cad, content, view, scope);
     overlay::features(&ui.painter_at(scene), &content.plan.features, &camera, scene, content.part, theme);
@@ -91,31 +87,22 @@ pub fn cad_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, view: &mut ResultsVi
 pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &mut ResultsView, scope: &mut Scope) {
     let theme = scope.theme;
     cards::card(ui, at, theme);
-    let bar = at.with_max_y(at.top() + BAR);
-    if !alone {
-        title(ui, bar, "results.map", scope);
-    }
     let layer = view.layer(alone);
-    bar_ui(ui, bar, |ui| {
-        if alone {
-            standard_ui(ui, &mut view.linked, scope.words);
-        }
-        fit_ui(ui, view, scope.words);
-        picture_ui(ui, inside(at), view, scope.words);
-        measure_button_ui(ui, view, scope.words);
-        labels_ui(ui, view, scope.words);
-        layer_ui(ui, alone, content, view, scope.words);
-    });
+    let (picture, line) = parts(at, layer);
+    let bar = at.with_max_y(at.top() + BAR);
+    let has_map = layer != Layer::Cad;
+    map_bar_ui(ui, bar, content, picture, [alone, has_map && line.is_none()], view, scope);
     let scene = map_scene(at, layer);
     let camera = scene_ui(ui, scene, 1, layer, content, view, scope);
-    let has_map = layer != Layer::Cad;
     if layer == Layer::Cad {
         overlay::features(&ui.painter_at(scene), &content.plan.features, &camera, scene, content.part, theme);
     }
     let marks = marks(&content.inspection.points, scope.words);
     let places = overlay::placed(&marks, &camera, scene, content.part);
     let flagged = flagged(view.labels, &content.inspection.points, scope.view.point);
-    let banners = overlay::banners(ui, scene, &marks, &places, &flagged);
+    let mut kept = rims(content, &camera, scene);
+    kept.push(overlay::axes_corner(scene));
+    let banners = overlay::banners(ui, scene, &marks, &places, &flagged, &kept);
     overlay::leaders(&ui.painter_at(scene), &banners, scope.view.point, theme);
     overlay::markers(&ui.painter_at(scene), &marks, &places, scope.view.point, theme);
     let clicked = overlay::flags(ui, &banners, &marks, scope.view.point, theme);
@@ -129,12 +116,13 @@ pub fn map_ui(ui: &mut Ui, at: Rect, content: &Content<'_>, alone: bool, view: &
     if has_map {
         let beyond = content.map.map_or([0, 0], |m| view.beyond(m));
         let notes = Notes { beyond, lines: layer == Layer::Surface };
-        let beside = inside(at).with_min_x(scene.right());
+        let beside = picture.with_min_x(scene.right());
         ui.painter().rect_filled(beside, 0, theme.scene);
-        let legend_at =
-            Rect::from_min_max(beside.min + vec2(0.0, 10.0), pos2(beside.right() - 6.0, beside.bottom() - 40.0));
+        let legend_at = Rect::from_min_max(beside.min + vec2(0.0, 8.0), beside.max - vec2(6.0, 4.0));
         legend_ui(ui, legend_at, &view.scale, &notes, scope.words, theme);
-        scale_ui(ui, inside(at), view, scope);
+    }
+    if let Some(line) = line {
+        scale_ui(ui, line, view, scope);
     }
     if content.map.is_none() && has_map {
         let text = scope.words.text("results.map_is_made");
@@ -154,10 +142,31 @@ pub fn inside(card: Rect) -> Rect {
     Rect::from_min_max(pos2(card.left() + 1.0, card.top() + BAR), card.max - vec2(1.0, 1.0))
 }
 
+/// What of the map's card is its picture, and the line below it where that has room.
+pub fn parts(card: Rect, layer: Layer) -> (Rect, Option<Rect>) {
+    let all = inside(card);
+    if layer == Layer::Cad || card.height() < LINE_FROM {
+        return (all, None);
+    }
+    let (picture, line) = all.split_top_bottom_at_y(all.bottom() - LINE);
+    (picture, Some(line))
+}
+
 /// The scene of the map's card: beside its legend, if it has one.
 pub fn map_scene(card: Rect, layer: Layer) -> Rect {
-    let all = inside(card);
+    let (all, _) = parts(card, layer);
     if layer == Layer::Cad { all } else { all.with_max_x(all.right() - legend::WIDTH - 12.0) }
+}
+
+/// The rims of holes in a view, which flags leave free as they do markers; a hole that fills the view is no obstacle.
+fn rims(content: &Content<'_>, camera: &Camera, at: Rect) -> Vec<Rect> {
+    let holes = content.plan.comparison.iter().filter(|point| point.geometry.kind() == "hole");
+    let bounds = holes.filter_map(|point| {
+        let rim = overlay::outline(&point.geometry);
+        let line: Vec<Pos2> = rim.iter().filter_map(|p| overlay::project(camera, p, at, size_of(at))).collect();
+        (line.len() == rim.len() && !line.is_empty()).then(|| Rect::from_points(&line))
+    });
+    bounds.filter(|rim| rim.height() < 0.4 * at.height() && at.intersects(*rim)).collect()
 }
 
 /// The points that get a flag: the worst, and always the chosen one.
@@ -173,31 +182,6 @@ fn flagged(labels: Labels, points: &[PointResult], chosen: Option<usize>) -> Vec
         flagged.insert(0, chosen);
     }
     flagged
-}
-
-fn title(ui: &mut Ui, bar: Rect, key: &str, scope: &Scope) {
-    let line = Rect::from_min_max(bar.min + vec2(14.0, 0.0), bar.max);
-    let text = scope.words.text(key);
-    write::line(
-        ui,
-        line.with_max_x(line.left() + 150.0),
-        Align2::LEFT_CENTER,
-        text,
-        fonts::semibold(size::BODY),
-        scope.theme.text,
-    );
-}
-
-/// Controls at the right end of a view's bar, added from right to left.
-fn bar_ui(ui: &mut Ui, bar: Rect, add: impl FnOnce(&mut Ui)) {
-    let builder =
-        egui::UiBuilder::new().max_rect(bar.shrink2(vec2(10.0, 6.0))).layout(Layout::right_to_left(Align::Center));
-    ui.scope_builder(builder, |ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
-        ui.spacing_mut().button_padding.x = 8.0;
-        ui.spacing_mut().interact_size.y = 26.0;
-        add(ui);
-    });
 }
 
 /// Draws a scene, listens to the pointer; returns the camera.
@@ -297,8 +281,9 @@ pub fn scale_of(range_mm: f64) -> Scale {
     Scale { range_mm, palette: Palette::default(), bands: 0 }
 }
 
-/// Room that a fit leaves in a view.
+/// Room that a fit leaves in a view: for its flags, but never more than a share of it.
 pub fn margin(labels: Labels, at: Rect) -> [f64; 2] {
-    let narrow = at.width() < 560.0 || labels == Labels::None;
-    if narrow { [24.0, FLAG_MARGIN[1]] } else { FLAG_MARGIN }
+    let [across, up] = [at.width(), at.height()].map(f64::from);
+    let beside = if labels == Labels::None { 24.0 } else { FLAG_MARGIN[0].min(0.24 * across) };
+    [beside, FLAG_MARGIN[1].min(0.1 * up)]
 }

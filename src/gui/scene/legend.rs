@@ -35,20 +35,26 @@ pub fn plate(painter: &Painter, at: Rect, theme: &Theme) {
 /// Draws it at the right side of a place, from its top.
 pub fn legend_ui(ui: &mut Ui, at: Rect, scale: &Scale, notes: &Notes, text: &Words, theme: &Theme) {
     let x = at.right() - WIDTH;
-    let bar_height = (at.height() - 138.0).clamp(120.0, 310.0);
+    let wanted = usize::from(notes.beyond[0] > 0) + usize::from(notes.beyond[1] > 0) + 1 + usize::from(notes.lines);
+    let (bar_height, shown) = heights(at.height(), wanted);
     let title = Rect::from_min_size(pos2(x, at.top()), vec2(WIDTH, 18.0));
     let font = fonts::semibold(size::NOTE);
     words::line(ui, title, Align2::LEFT_TOP, text.text("results.deviation_mm"), font, theme.text);
     let bar = Rect::from_min_size(pos2(x, at.top() + 22.0), vec2(18.0, bar_height));
     bar_of(ui.painter(), bar, scale, theme);
-    for tick in scale.ticks_mm() {
+    for tick in ticks(&scale.ticks_mm(), bar_height) {
         let y = bar.top() + bar.height() * (0.5 - 0.5 * tick / scale.range_mm) as f32;
         ui.painter().hline(bar.right()..=bar.right() + 5.0, y, Stroke::new(1.0, theme.strong_stroke));
         let at = pos2(bar.right() + 9.0, y);
         ui.painter().text(at, Align2::LEFT_CENTER, text.signed_mm(tick), fonts::mono(size::NOTE), theme.text);
     }
     let mut y = bar.bottom() + 24.0;
+    let mut left = shown;
     let mut note = |ui: &mut Ui, words_of: &str, swatch: &dyn Fn(&Painter, Rect)| {
+        if left == 0 {
+            return;
+        }
+        left -= 1;
         let place = Rect::from_min_size(pos2(x, y - 6.0), vec2(18.0, 12.0));
         swatch(ui.painter(), place);
         let line = Rect::from_min_size(pos2(x + 27.0, y - 8.0), vec2(WIDTH - 27.0, 16.0));
@@ -58,7 +64,7 @@ pub fn legend_ui(ui: &mut Ui, at: Rect, scale: &Scale, notes: &Notes, text: &Wor
     for (count, key, end) in [(notes.beyond[0], "results.over", 1.0), (notes.beyond[1], "results.under", -1.0)] {
         if count > 0 {
             let words_of = text.fill(key, &[("n", &text.thousands(count))]);
-            note(ui, &words_of, &|painter, place| arrow(painter, place, end, scale));
+            note(ui, &words_of, &|painter, place| arrow(painter, place, end, scale, theme));
         }
     }
     note(ui, text.text("results.no_data"), &|painter, place| hatch(painter, place, theme));
@@ -82,6 +88,24 @@ pub fn legend_ui(ui: &mut Ui, at: Rect, scale: &Scale, notes: &Notes, text: &Wor
     }
 }
 
+/// Height of a line below the bar.
+const NOTE: f32 = 20.0;
+/// The lowest bar beside which all lines stand; below that the last lines give way.
+const LEAST_BAR: f32 = 96.0;
+
+/// The height of the bar and how many of the lines below it have room in a legend of a height.
+fn heights(all: f32, notes: usize) -> (f32, usize) {
+    let bar = |notes: usize| all - 30.0 - if notes > 0 { 6.0 + NOTE * notes as f32 } else { 0.0 };
+    let shown = (0..=notes).rev().find(|n| bar(*n) >= LEAST_BAR).unwrap_or(0);
+    (bar(shown).clamp(24.0, 310.0), shown)
+}
+
+/// The ticks that have room beside a bar: all nine, five or three of them.
+fn ticks(all: &[f64], bar: f32) -> Vec<f64> {
+    let every = [1, 2, 4].into_iter().find(|every| bar * *every as f32 >= 13.0 * (all.len() as f32 - 1.0));
+    all.iter().copied().step_by(every.unwrap_or(all.len().saturating_sub(1)).max(1)).collect()
+}
+
 fn bar_of(painter: &Painter, bar: Rect, scale: &Scale, theme: &Theme) {
     let slices = bar.height().round().max(1.0) as usize;
     for k in 0..slices {
@@ -93,10 +117,15 @@ fn bar_of(painter: &Painter, bar: Rect, scale: &Scale, theme: &Theme) {
     painter.rect_stroke(bar, CornerRadius::ZERO, Stroke::new(1.0, theme.strong_stroke), StrokeKind::Outside);
 }
 
-fn arrow(painter: &Painter, place: Rect, end: f64, scale: &Scale) {
+/// The end's colour, with a rim that is seen on every ground: the darkest colours are those of the ends.
+fn arrow(painter: &Painter, place: Rect, end: f64, scale: &Scale, theme: &Theme) {
     let up = if end > 0.0 { -1.0 } else { 1.0 };
     let corners = [vec2(0.0, 5.0 * up), vec2(6.0, -4.0 * up), vec2(-6.0, -4.0 * up)].map(|v| place.center() + v);
-    painter.add(Shape::convex_polygon(corners.to_vec(), colour(scale.colour(end * scale.range_mm)), Stroke::NONE));
+    painter.add(Shape::convex_polygon(
+        corners.to_vec(),
+        colour(scale.colour(end * scale.range_mm)),
+        Stroke::new(1.2, theme.quiet),
+    ));
 }
 
 fn hatch(painter: &Painter, place: Rect, theme: &Theme) {
@@ -108,4 +137,40 @@ fn hatch(painter: &Painter, place: Rect, theme: &Theme) {
         painter.line_segment(ends, Stroke::new(2.0, colour(HATCH[1])));
     }
     painter.rect_stroke(place, CornerRadius::ZERO, Stroke::new(1.0, theme.strong_stroke), StrokeKind::Inside);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_legend_stays_in_its_place_and_its_numbers_apart() {
+        let all: Vec<f64> = (0..9).map(f64::from).collect();
+        for height in 70..900 {
+            for notes in 0..=4 {
+                let (bar, shown) = heights(height as f32, notes);
+                let below = if shown > 0 { 6.0 + NOTE * shown as f32 } else { 0.0 };
+                assert!(22.0 + bar + 8.0 + below <= height as f32 + 1e-3, "{height}, {notes}: {bar}, {shown}");
+                assert!(height < 240 || shown == notes, "{height}, {notes}: {bar}, {shown}");
+                let ticks = ticks(&all, bar);
+                assert!([2, 3, 5, 9].contains(&ticks.len()) && ticks.last() == Some(&8.0), "{height}: {ticks:?}");
+                let apart = bar / (ticks.len() as f32 - 1.0);
+                assert!(apart >= 13.0, "{height}, {notes}: {apart}");
+            }
+        }
+    }
+
+    /// A dark red and a dark blue on a dark ground: WCAG 2 asks 3 of signs.
+    #[test]
+    fn the_rim_of_an_arrow_is_seen_in_both_themes() {
+        let linear = |c: u8| {
+            let c = f64::from(c) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        };
+        let luminance = |c: Color32| 0.2126 * linear(c.r()) + 0.7152 * linear(c.g()) + 0.0722 * linear(c.b());
+        for theme in [&Theme::LIGHT, &Theme::DARK] {
+            let (a, b) = (luminance(theme.quiet), luminance(theme.scene));
+            assert!((a.max(b) + 0.05) / (a.min(b) + 0.05) >= 3.0);
+        }
+    }
 }

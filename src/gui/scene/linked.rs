@@ -21,6 +21,8 @@ pub struct Linked {
     grabbed: Option<Point3>,
     /// A view to be fitted as soon as the size of its place is known.
     wanted: Option<StandardView>,
+    /// The size and margin to which the whole part was fitted, until somebody looks at something else.
+    fitted: Option<(ViewSize, [f64; 2])>,
 }
 
 impl Linked {
@@ -54,10 +56,20 @@ impl Linked {
         if let Some(view) = self.wanted.take() {
             let to = self.standard(view, content, size, margin);
             self.fly(to, ui);
+            self.fitted = Some(fit);
         }
-        let mut camera = match self.camera {
-            Some(camera) => camera,
-            None => self.standard(StandardView::Isometric, content, size, margin),
+        let mut camera = match self.end() {
+            // The part stays whole when its place becomes another one.
+            Some(mut camera) if self.fitted.is_some_and(|before| before != fit) => {
+                camera.fit(&content.corners, size, margin);
+                (self.flight, self.fitted) = (None, Some(fit));
+                camera
+            }
+            Some(_) => self.camera.unwrap_or_else(|| self.standard(StandardView::Isometric, content, size, margin)),
+            None => {
+                self.fitted = Some(fit);
+                self.standard(StandardView::Isometric, content, size, margin)
+            }
         };
         if let Some(flight) = self.flight {
             let arrived;
@@ -105,6 +117,7 @@ impl Linked {
         let Some(mut camera) = self.end() else { return };
         camera.fit(&content.corners, size, margin);
         self.fly(camera, ui);
+        self.fitted = Some((size, margin));
     }
 
     /// Perspective becomes parallel and the other way round.
@@ -132,6 +145,7 @@ impl Linked {
         let near = (0.45 * content.part.diagonal_mm()).max(1.0);
         let to = camera.facing(place, normal, camera.height_mm.min(near), hidden);
         self.fly(to, ui);
+        self.fitted = None;
     }
 
     /// Drags and the wheel over one view.
@@ -174,6 +188,7 @@ impl Linked {
 
     fn moved(&mut self, before: Camera, after: Camera, ui: &Ui) {
         if before != after {
+            self.fitted = None;
             self.camera = Some(after);
             self.moved_s = Some(ui.input(|i| i.time));
             ui.ctx().request_repaint();

@@ -10,7 +10,7 @@ use crate::gui::theme::{Theme, size};
 use crate::gui::widgets::sign::Sign;
 use crate::inspect::Verdict;
 use crate::plan::{Feature, Geometry};
-use crate::report::flags::{Margin, Room, place, split};
+use crate::report::flags::{Margin, Room, place_around, split};
 use egui::{
     Align2, Color32, CornerRadius, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, Ui,
     WidgetInfo, pos2, vec2,
@@ -126,8 +126,15 @@ pub struct Banner {
     pub leader: [Pos2; 2],
 }
 
-/// Where the flags of some marks stand, in the margins of a view; marks outside of it get none.
-pub fn banners(ui: &Ui, at: Rect, marks: &[Mark], places: &[Option<Placed>], flagged: &[usize]) -> Vec<Banner> {
+/// Where the flags of some marks stand, in the margins of a view, over no marker and nothing of `kept`; marks outside of the view get none.
+pub fn banners(
+    ui: &Ui,
+    at: Rect,
+    marks: &[Mark],
+    places: &[Option<Placed>],
+    flagged: &[usize],
+    kept: &[Rect],
+) -> Vec<Banner> {
     let shown: Vec<(usize, Pos2)> =
         flagged.iter().filter_map(|&k| Some((k, places[k]?.pos))).filter(|(_, pos)| at.contains(*pos)).collect();
     let wide = shown.iter().map(|(k, _)| flag_width(ui, &marks[*k])).fold(0.0, f32::max);
@@ -141,6 +148,13 @@ pub fn banners(ui: &Ui, at: Rect, marks: &[Mark], places: &[Option<Placed>], fla
         bottom: f64::from(at.bottom() - 0.5 * FLAG[0] - 8.0),
         pitch: f64::from(FLAG[1]),
     };
+    let markers = places.iter().flatten().map(|p| Rect::from_center_size(p.pos, vec2(16.0, 16.0)));
+    let kept: Vec<Rect> = markers.chain(kept.iter().copied()).collect();
+    let taken = [at.left() + 8.0, at.right() - 8.0 - wide].map(|left| {
+        let column = Rect::from_x_y_ranges(left..=left + wide, at.y_range());
+        let inside = kept.iter().filter(|kept| kept.intersects(column));
+        inside.map(|kept| [f64::from(kept.top()), f64::from(kept.bottom())]).collect::<Vec<_>>()
+    });
     let points: Vec<[f64; 2]> = shown.iter().map(|(_, p)| [f64::from(p.x), f64::from(p.y)]).collect();
     let margins = split(&points, f64::from(at.center().x), room.capacity());
     let banner = |flag: &crate::report::flags::Flag| {
@@ -152,7 +166,7 @@ pub fn banners(ui: &Ui, at: Rect, marks: &[Mark], places: &[Option<Placed>], fla
         let rect = Rect::from_min_size(pos2(left, flag.y as f32 - 0.5 * FLAG[0]), vec2(wide, FLAG[0]));
         Banner { mark, rect, leader: [pos2(inner as f32, flag.y as f32), pos] }
     };
-    place(&points, &margins, &room).iter().map(banner).collect()
+    place_around(&points, &margins, &room, [&taken[0], &taken[1]]).iter().map(banner).collect()
 }
 
 /// Draws the leaders of flags, below the markers.
@@ -263,6 +277,11 @@ pub fn outline(geometry: &Geometry) -> Vec<Point3> {
         }
         Geometry::Surface { .. } | Geometry::Edge { .. } => Vec::new(),
     }
+}
+
+/// The corner of a view in which the axes stand.
+pub fn axes_corner(at: Rect) -> Rect {
+    Rect::from_min_max(pos2(at.left(), at.bottom() - 78.0), pos2(at.left() + 82.0, at.bottom()))
 }
 
 /// The directions of the CAD's axes, in a corner of a view.

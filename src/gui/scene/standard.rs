@@ -18,7 +18,12 @@ pub fn standard_ui(ui: &mut Ui, linked: &mut Linked, words: &Words) {
         "results.view_bottom",
         "results.view_isometric",
     ];
-    for ((name, standard), key) in names.into_iter().zip(StandardView::ALL).zip(keys).rev() {
+    let mut all: Vec<_> = names.into_iter().zip(StandardView::ALL).zip(keys).collect();
+    // In a bar whose buttons are added from the right, they stand in the same order.
+    if ui.layout().prefer_right_to_left() {
+        all.reverse();
+    }
+    for ((name, standard), key) in all {
         let button = ui.add(Button::new(RichText::new(name).size(size::TABLE)).min_size(vec2(26.0, 26.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, words.text(key)));
         if button.on_hover_text(words.text(key)).clicked() {

@@ -30,8 +30,8 @@ pub(super) fn assert_all_named(window: &mut Window, what: &str) {
 #[track_caller]
 pub(super) fn assert_shown_named(window: &Window, what: &str) {
     let controls: Vec<_> = window.harness.query_all(By::new().predicate(is_control)).collect();
-    // The bar alone has more than a handful.
-    assert!(controls.len() > 5, "{what}: {} controls", controls.len());
+    // A folded bar alone has four, and no screen is empty.
+    assert!(controls.len() > 4, "{what}: {} controls", controls.len());
     let nameless = controls.iter().filter(|node| !is_named(&node.accesskit_node()));
     let nameless: Vec<String> =
         nameless.map(|node| format!("{:?} at {:?}", node.accesskit_node().role(), node.rect())).collect();

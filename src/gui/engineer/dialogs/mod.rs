@@ -9,12 +9,14 @@ mod mirror;
 mod tolerances;
 
 use super::state::EngineerView;
+use crate::gui::fonts;
 use crate::gui::scope::Scope;
+use crate::gui::text::Words;
 use crate::gui::theme::size;
-use crate::gui::widgets::cards;
+use crate::gui::widgets::{cards, words as write};
 use csv_export::CsvExport;
 use csv_import::CsvImport;
-use egui::{Button, Rect, RichText, Ui, vec2};
+use egui::{Button, Rect, RichText, ScrollArea, Ui, vec2};
 use mirror::MirrorForm;
 use tolerances::TolerancesForm;
 
@@ -67,17 +69,23 @@ impl Dialogs {
     }
 }
 
+const BUTTONS: [(&str, Which); 3] =
+    [("tables.tolerances", Which::Tolerances), ("tables.mirror", Which::Mirror), ("tables.csv", Which::Csv)];
+
+/// Room around the words of a button.
+fn padding(tree: f32) -> f32 {
+    if tree < 260.0 { 5.0 } else { 10.0 }
+}
+
 /// The buttons that open the dialogs, at the foot of the tree.
 pub(in crate::gui) fn buttons_ui(ui: &mut Ui, tree: Rect, scope: &Scope, view: &mut EngineerView) {
-    let foot = tree.with_min_y(tree.bottom() - foot(tree.width())).shrink2(vec2(10.0, 8.0));
+    let foot = tree.with_min_y(tree.bottom() - foot(ui, tree.width(), scope.words)).shrink2(vec2(10.0, 8.0));
     let builder = egui::UiBuilder::new().max_rect(foot);
     ui.scope_builder(builder, |ui| {
         ui.spacing_mut().item_spacing = vec2(6.0, 6.0);
-        ui.spacing_mut().button_padding.x = if tree.width() < 260.0 { 5.0 } else { 10.0 };
-        let all =
-            [("tables.tolerances", Which::Tolerances), ("tables.mirror", Which::Mirror), ("tables.csv", Which::Csv)];
+        ui.spacing_mut().button_padding.x = padding(tree.width());
         ui.horizontal_wrapped(|ui| {
-            for (key, which) in all {
+            for (key, which) in BUTTONS {
                 let text = RichText::new(scope.words.text(key)).size(size::TABLE);
                 if ui.add(Button::new(text).min_size(vec2(0.0, 28.0))).clicked() {
                     view.dialogs.show(which);
@@ -87,9 +95,11 @@ pub(in crate::gui) fn buttons_ui(ui: &mut Ui, tree: Rect, scope: &Scope, view: &
     });
 }
 
-/// Height of the foot of a tree in which they stand: two rows where it is narrow.
-pub(in crate::gui) fn foot(width: f32) -> f32 {
-    if width < 260.0 { 76.0 } else { 44.0 }
+/// Height of the foot of a tree in which they stand: two rows where one has no room.
+pub(in crate::gui) fn foot(ui: &Ui, tree: f32, words: &Words) -> f32 {
+    let of = |key: &str| write::width(ui, words.text(key), fonts::regular(size::TABLE)) + 2.0 * padding(tree) + 8.0;
+    let all: f32 = BUTTONS.iter().map(|(key, _)| of(key)).sum();
+    if all + 20.0 > tree { 76.0 } else { 44.0 }
 }
 
 /// Draws the dialog that is open.
@@ -107,11 +117,14 @@ pub(in crate::gui) fn dialogs_ui(ui: &mut Ui, scope: &mut Scope, view: &mut Engi
         ui.set_max_height(room.y);
         ui.heading(scope.words.text(key));
         ui.add_space(8.0);
-        match &mut open {
+        // What a low window cannot show is scrolled.
+        let area = ScrollArea::vertical().id_salt(key).max_height(room.y - 40.0);
+        let shown = area.show(ui, |ui| match &mut open {
             Open::Tolerances(form) => tolerances::form_ui(ui, form, document, &view.chosen, scope),
             Open::Mirror(form) => mirror::form_ui(ui, form, document, scope),
             Open::Csv(both) => csv_import::form_ui(ui, &mut both.0, &mut both.1, document, scope),
-        }
+        });
+        shown.inner
     });
     if shown.inner == End::Open && !shown.should_close() {
         view.dialogs.open = Some(open);

@@ -54,8 +54,18 @@ fn pieces(sentence: &str) -> Vec<Piece<'_>> {
 const ROW: f32 = 24.0;
 const PAD: f32 = 12.0;
 
-/// Draws the plate at the lower left of a scene; returns where it stands.
-pub fn hint_ui(ui: &mut Ui, scene: Rect, tool: Tool, draft: Option<&Draft>, words: &Words, theme: &Theme) -> Rect {
+/// The largest share of a scene's height that the plate may take; a part that is not seen is not clicked.
+const SHARE: f32 = 0.16;
+
+/// Draws the plate at the lower left of a scene; returns where it stands. A scene that is too small for it has none.
+pub fn hint_ui(
+    ui: &mut Ui,
+    scene: Rect,
+    tool: Tool,
+    draft: Option<&Draft>,
+    words: &Words,
+    theme: &Theme,
+) -> Option<Rect> {
     let text = words.text(sentence(tool, draft));
     let most = scene.width() - 16.0 - 2.0 * PAD;
     let width_of = |piece: &Piece<'_>| match piece.is_key {
@@ -74,6 +84,9 @@ pub fn hint_ui(ui: &mut Ui, scene: Rect, tool: Tool, draft: Option<&Draft>, word
         widest = widest.max(x);
     }
     let area = vec2(widest + 2.0 * PAD, (row + 1.0) * ROW + 10.0);
+    if area.y > SHARE * scene.height() {
+        return None;
+    }
     let plate = Rect::from_min_size(pos2(scene.left() + 8.0, scene.bottom() - 8.0 - area.y), area);
     let frame = Stroke::new(1.0, theme.stroke);
     ui.painter().rect(plate, CornerRadius::same(4), theme.panel, frame, StrokeKind::Inside);
@@ -87,7 +100,7 @@ pub fn hint_ui(ui: &mut Ui, scene: Rect, tool: Tool, draft: Option<&Draft>, word
         }
     }
     write::named(ui, plate, &text.replace(['[', ']'], ""));
-    plate
+    Some(plate)
 }
 
 /// Why a click means nothing, and what to do, as a sentence or two.

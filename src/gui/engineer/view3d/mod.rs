@@ -124,25 +124,21 @@ impl View3d {
 /// Draws the toolbar and the part into a place.
 pub(in crate::gui) fn view_ui(ui: &mut Ui, at: Rect, scope: &mut Scope, view: &mut EngineerView) {
     cards::card(ui, at, scope.theme);
-    let fit = toolbar::fit(ui, at.width(), scope.words);
     let bar = at.with_max_y(at.top() + toolbar::ROW);
     let scene = Rect::from_min_max(pos2(at.left() + 1.0, bar.bottom()), at.max - vec2(1.0, 1.0));
     ui.painter().rect_filled(scene, 0, scope.theme.scene);
     let facts = scope.facts;
     let known = facts.editing.as_ref().and_then(|e| Some((&e.document, e.part.as_ref()?, e.picker.as_ref()?)));
     let Some((document, part, picker)) = known else {
-        toolbar::bar_ui(ui, bar, fit, scope, view);
+        toolbar::bar_ui(ui, bar, scope, view);
         return toolbar::empty_ui(ui, scene, scope.words.text("pick.no_part"), scope.theme);
     };
     let Some(content) = view.view3d.content(part, ui.ctx()) else {
-        toolbar::bar_ui(ui, bar, fit, scope, view);
+        toolbar::bar_ui(ui, bar, scope, view);
         return toolbar::empty_ui(ui, scene, scope.words.text("pick.part_is_made"), scope.theme);
     };
     scene_ui(ui, scene, document, picker, &content, scope, view);
-    toolbar::bar_ui(ui, bar, fit, scope, view);
-    if !fit.views {
-        toolbar::views_over_ui(ui, scene, scope, &mut view.view3d);
-    }
+    toolbar::bar_ui(ui, bar, scope, view);
 }
 
 fn scene_ui(
@@ -157,7 +153,7 @@ fn scene_ui(
     let response = ui.interact(at, ui.scope_id().with("engineer scene"), Sense::click_and_drag());
     let name = scope.words.text("pick.scene");
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
-    view.view3d.margin = if at.width() < 560.0 { [24.0, 60.0] } else { MARGIN };
+    view.view3d.margin = margin(at);
     let marks = marks::marks(document);
     pointer::keys(ui, &response, content, view, scope);
     let camera = camera(ui, at, content, view);
@@ -180,6 +176,12 @@ fn scene_ui(
         let stroke = egui::Stroke::new(2.0, scope.theme.accent);
         ui.painter().rect_stroke(at, 0, stroke, egui::StrokeKind::Inside);
     }
+}
+
+/// Room that a fit leaves in a place: never more than a share of it, or little of the part would be left.
+fn margin(at: Rect) -> [f64; 2] {
+    let [across, up] = [at.width(), at.height()].map(f64::from);
+    [MARGIN[0].min(0.12 * across), MARGIN[1].min(0.13 * up)]
 }
 
 /// The axes stand above the plate with the hint.
@@ -238,9 +240,8 @@ fn paint_plan(ui: &mut Ui, target: &Target<'_>, view: &mut EngineerView, scope: 
     let sight = Sight { camera, at, theme: scope.theme };
     let painter = ui.painter_at(at);
     let mut taken = Taken::default();
-    taken.add(hint::hint_ui(ui, at, view.tool, view.draft.as_ref(), scope.words, scope.theme));
-    if !toolbar::fit(ui, at.width(), scope.words).views {
-        taken.add(toolbar::views_place(at));
+    if let Some(hint) = hint::hint_ui(ui, at, view.tool, view.draft.as_ref(), scope.words, scope.theme) {
+        taken.add(hint);
     }
     marks::paint(&painter, marks, places, &view.chosen, &sight);
     if let Some(hover) = view.view3d.hover.take() {

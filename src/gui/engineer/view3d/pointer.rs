@@ -239,10 +239,9 @@ fn hover(ui: &Ui, response: &Response, target: &Target<'_>, view: &mut EngineerV
     }
 }
 
-/// Keys of the view, while no field has the focus.
+/// Keys of the view, while no field or dialog owns them.
 pub fn keys(ui: &Ui, response: &Response, content: &Arc<PartContent>, view: &mut EngineerView, scope: &mut Scope) {
-    let busy = scope.view.help || scope.view.typed_path.is_some() || view.dialogs.is_open();
-    if ui.ctx().text_edit_focused() || busy || egui::Popup::is_any_open(ui.ctx()) {
+    if !scope.letters_are_free(ui) {
         return;
     }
     let pressed = |key: Key| ui.input_mut(|i| i.consume_key(Modifiers::NONE, key));
