@@ -121,11 +121,32 @@ fn shown(name: &str) -> String {
     super::field::excerpt(name.as_bytes())
 }
 
-/// Rows read so far, mm.
+/// What becomes of a file's lengths.
+#[derive(Debug, Clone, Copy)]
+pub struct Lengths {
+    /// What is kept, in one of the file's unit.
+    pub kept_per_unit: f64,
+    /// Millimetres in one of what is kept.
+    pub mm_per_kept: f64,
+}
+
+impl Lengths {
+    /// Kept as mm.
+    pub fn in_mm(mm_per_unit: f64) -> Self {
+        Self { kept_per_unit: mm_per_unit, mm_per_kept: 1.0 }
+    }
+
+    /// Kept as they are.
+    pub fn as_they_are(mm_per_unit: f64) -> Self {
+        Self { kept_per_unit: 1.0, mm_per_kept: mm_per_unit }
+    }
+}
+
+/// Rows read so far.
 #[derive(Debug)]
 pub struct Rows<'a> {
     layout: &'a Layout,
-    mm_per_unit: f64,
+    lengths: Lengths,
     positions: Vec<Point3>,
     normals: Vec<[f32; 3]>,
     colours: Vec<[f32; 3]>,
@@ -138,12 +159,12 @@ pub struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     /// No row yet. `expected` rows must be backed by bytes that are there.
-    pub fn new(layout: &'a Layout, mm_per_unit: f64, expected: usize) -> Self {
+    pub fn new(layout: &'a Layout, lengths: Lengths, expected: usize) -> Self {
         let has_normals = layout.has(Role::Normal(0));
         let has_colours = layout.has(Role::Colour(0));
         Self {
             layout,
-            mm_per_unit,
+            lengths,
             positions: Vec::with_capacity(expected),
             normals: Vec::with_capacity(if has_normals { expected } else { 0 }),
             colours: Vec::with_capacity(if has_colours { expected } else { 0 }),
@@ -165,7 +186,7 @@ impl<'a> Rows<'a> {
         let mut colour = [0.0_f32; 3];
         for (column, role) in self.layout.roles.iter().enumerate() {
             match *role {
-                Role::Position(axis) => position[usize::from(axis)] = value(column)? * self.mm_per_unit,
+                Role::Position(axis) => position[usize::from(axis)] = value(column)? * self.lengths.kept_per_unit,
                 Role::Normal(axis) => normal[usize::from(axis)] = value(column)? as f32,
                 Role::Colour(axis) => colour[usize::from(axis)] = value(column)? as f32,
                 Role::Scalar(index) => self.row_scalars[usize::from(index)] = value(column)? as f32,
@@ -176,7 +197,8 @@ impl<'a> Rows<'a> {
             self.skipped_invalid += 1;
             return Ok(());
         }
-        if let Some(x) = position.iter().find(|x| x.abs() > LARGEST_COORDINATE_MM) {
+        let mm = position.map(|x| x * self.lengths.mm_per_kept);
+        if let Some(x) = mm.iter().find(|x| x.abs() > LARGEST_COORDINATE_MM) {
             return Err(Diagnostic::error(too_far(*x)).with_help(TOO_FAR_HELP));
         }
         self.positions.push(Point3::from(position));
@@ -241,12 +263,12 @@ fn bytes_of(colours: &[[f32; 3]], scale: ColourScale) -> Vec<[u8; 3]> {
 pub fn read_chunks<'a, C: Sync>(
     chunks: &[C],
     layout: &'a Layout,
-    mm_per_unit: f64,
+    lengths: Lengths,
     expected: usize,
     run: &RunContext,
     read: impl Fn(&C) -> Result<Rows<'a>, Fault> + Sync,
 ) -> Result<Rows<'a>, ReadError> {
-    let mut all = Rows::new(layout, mm_per_unit, expected);
+    let mut all = Rows::new(layout, lengths, expected);
     for some in chunks.chunks(CHUNKS_AT_ONCE) {
         run.check()?;
         let parts: Vec<Result<Rows, Fault>> = some.par_iter().map(&read).collect();
@@ -306,7 +328,7 @@ mod tests {
     #[test]
     fn rows_that_are_not_finite_leave_all_arrays_and_are_counted() {
         let layout = layout(&["x", "y", "z", "s"]);
-        let mut rows = Rows::new(&layout, 10.0, 0);
+        let mut rows = Rows::new(&layout, Lengths::in_mm(10.0), 0);
         for row in [[1.0, 2.0, 3.0, 7.0], [1.0, f64::NAN, 3.0, 8.0], [4.0, 5.0, 6.0, f64::NAN]] {
             rows.push(|column| Ok(row[column])).unwrap();
         }
@@ -319,7 +341,7 @@ mod tests {
     #[test]
     fn a_point_beyond_a_kilometre_is_refused() {
         let layout = layout(&["x", "y", "z"]);
-        let mut rows = Rows::new(&layout, 1000.0, 0);
+        let mut rows = Rows::new(&layout, Lengths::in_mm(1000.0), 0);
         assert!(rows.push(|_| Ok(-1000.0)).is_ok());
         let told = rows.push(|column| Ok([1.0, 1000.1, 2.0][column])).unwrap_err();
         assert!(told.message.contains("1000100 mm") && told.help.is_some(), "{told}");

@@ -23,11 +23,12 @@ mod text_cloud;
 pub mod unit_guard;
 mod write;
 
-pub use write::{write_ply_cloud, write_stl};
+pub use write::{Numbers, write_ply_cloud, write_ply_points, write_stl};
 
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{LengthUnit, Mesh, PointCloud};
 use crate::run::{Cancelled, RunContext};
+use columns::Lengths;
 use format::Format;
 use sha2::{Digest, Sha256};
 use std::io::Read;
@@ -163,7 +164,23 @@ pub fn read_mesh(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) 
 /// A file that is broken, cut off, of a mesh format without measured points (STL, OBJ), without a single finite point,
 /// or has a coordinate above [`LARGEST_COORDINATE_MM`] or stored as float32 in steps above 0.01 mm; or the job was cancelled.
 pub fn read_cloud(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext) -> Result<PointCloud, ReadError> {
-    let scale = unit.in_mm();
+    read_points(bytes, file, Lengths::in_mm(unit.in_mm()), run)
+}
+
+/// The same with coordinates as they stand in the file, which is in `unit`.
+///
+/// # Errors
+/// Those of [`read_cloud`].
+pub fn read_cloud_in_its_unit(
+    bytes: &[u8],
+    file: &Path,
+    unit: LengthUnit,
+    run: &RunContext,
+) -> Result<PointCloud, ReadError> {
+    read_points(bytes, file, Lengths::as_they_are(unit.in_mm()), run)
+}
+
+fn read_points(bytes: &[u8], file: &Path, lengths: Lengths, run: &RunContext) -> Result<PointCloud, ReadError> {
     let not_a_cloud = |what: &str| -> ReadError {
         Diagnostic::error(format!("{what} mesh, expected a measured cloud"))
             .with_help(
@@ -174,8 +191,8 @@ pub fn read_cloud(bytes: &[u8], file: &Path, unit: LengthUnit, run: &RunContext)
     let result = match format::detect(bytes, file) {
         Ok(Format::StlBinary | Format::StlText) => Err(not_a_cloud("an STL")),
         Ok(Format::Obj) => Err(not_a_cloud("an OBJ")),
-        Ok(Format::Ply) => ply::read_cloud(bytes, scale, run),
-        Ok(Format::TextCloud) => text_cloud::read(bytes, scale, run),
+        Ok(Format::Ply) => ply::read_cloud(bytes, lengths, run),
+        Ok(Format::TextCloud) => text_cloud::read(bytes, lengths, run),
         Err(diagnostic) => Err(diagnostic.into()),
     };
     let cloud = result.map_err(|error| placed(error, file))?;

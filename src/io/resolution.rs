@@ -3,6 +3,7 @@
 //! float32 has 24 binary digits: between 131 and 262 m from the origin its steps are 0.016 mm, at a kilometre 0.06 mm. Rounding to them is no
 //! noise that a mean takes out: all points of a face that lies across an axis are rounded the same way, by half a step at most.
 
+use super::columns::Lengths;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point3;
 
@@ -15,16 +16,17 @@ const COARSEST_STEP_MM: f64 = 0.01;
 ///
 /// # Errors
 /// Steps above 0.01 mm at the median of a coordinate's magnitudes.
-pub fn check(points: &[Point3], is_float32: [bool; 3], mm_per_unit: f64) -> Result<(), Diagnostic> {
-    let step_mm = |coordinate_mm: f64| float32_step(coordinate_mm / mm_per_unit) * mm_per_unit;
+pub fn check(points: &[Point3], is_float32: [bool; 3], lengths: Lengths) -> Result<(), Diagnostic> {
+    let Lengths { kept_per_unit, mm_per_kept } = lengths;
+    let step_mm = |kept: f64| float32_step(kept / kept_per_unit) * kept_per_unit * mm_per_kept;
     for axis in (0..3).filter(|axis| is_float32[*axis]) {
-        let largest_mm = points.iter().map(|p| p[axis].abs()).fold(0.0, f64::max);
-        if step_mm(largest_mm) <= COARSEST_STEP_MM {
+        let largest = points.iter().map(|p| p[axis].abs()).fold(0.0, f64::max);
+        if step_mm(largest) <= COARSEST_STEP_MM {
             continue;
         }
         let mut magnitudes: Vec<f64> = points.iter().map(|p| p[axis].abs()).collect();
-        let (_, median_mm, _) = magnitudes.select_nth_unstable_by(points.len() / 2, f64::total_cmp);
-        let step_mm = step_mm(*median_mm);
+        let (_, median, _) = magnitudes.select_nth_unstable_by(points.len() / 2, f64::total_cmp);
+        let (median_mm, step_mm) = (*median * mm_per_kept, step_mm(*median));
         if step_mm > COARSEST_STEP_MM {
             let name = ["x", "y", "z"][axis];
             return Err(Diagnostic::error(format!(
@@ -48,6 +50,10 @@ fn float32_step(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn check(points: &[Point3], is_float32: [bool; 3], mm_per_unit: f64) -> Result<(), Diagnostic> {
+        super::check(points, is_float32, Lengths::in_mm(mm_per_unit))
+    }
 
     #[test]
     fn steps_are_those_of_float32() {

@@ -3,6 +3,7 @@
 //! The facets are decoded here and not by `stl_io`: its reader tells neither the line nor the facet of an error, accepts
 //! NaN and surplus facets, and knows only lower-case keywords. `stl_io` writes our STL files (see `write`).
 
+use super::columns::Lengths;
 use super::fault::Fault;
 use super::field::{excerpt, not_a_number, number, words};
 use super::lines::Lines;
@@ -67,7 +68,7 @@ pub fn read_binary(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<M
             })?;
         }
     }
-    resolution::check(&soup.vertices, [true; 3], mm_per_unit)?;
+    resolution::check(&soup.vertices, [true; 3], Lengths::in_mm(mm_per_unit))?;
     Ok(soup.into_mesh())
 }
 

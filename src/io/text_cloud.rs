@@ -4,7 +4,7 @@
 //! Without names the columns are x y z, and behind them, in any order, three that are unit normals in every row of the
 //! beginning, three whole numbers 0..255 that are a colour, and further properties called `column_4` and so on.
 
-use super::columns::{ColourScale, Layout, Role, Rows, read_chunks, too_many_points};
+use super::columns::{ColourScale, Layout, Lengths, Role, Rows, read_chunks, too_many_points};
 use super::fault::Fault;
 use super::field::{excerpt, has_decimal_comma, integer, not_a_number, number, words};
 use super::format;
@@ -90,7 +90,7 @@ struct Head<'a> {
 }
 
 /// Reads a cloud.
-pub fn read(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<PointCloud, ReadError> {
+pub fn read(bytes: &[u8], lengths: Lengths, run: &RunContext) -> Result<PointCloud, ReadError> {
     let mut lines = Lines::new(format::without_mark(bytes), 0, 1);
     let head = read_head(&mut lines)?;
     let chunks = lines.take_chunks(u64::MAX)?;
@@ -105,9 +105,9 @@ pub fn read(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<PointClo
     let layout = layout_of(&head, delimiter, first, &sample)?;
     check_count_fits(chunks.filled)?;
     let expected = chunks.filled as usize;
-    let rows = read_chunks(&chunks.chunks, &layout, mm_per_unit, expected, run, |chunk| {
+    let rows = read_chunks(&chunks.chunks, &layout, lengths, expected, run, |chunk| {
         let mut chunk = chunk.clone();
-        let mut rows = Rows::new(&layout, mm_per_unit, 0);
+        let mut rows = Rows::new(&layout, lengths, 0);
         let mut values = vec![0.0; columns];
         while let Some(line) = chunk.next_filled()? {
             if comment(line.text).is_none() {

@@ -22,6 +22,96 @@ pub fn write_ply_cloud(
     normals: Option<&[[f32; 3]]>,
     scalars: &[(&str, &[f32])],
 ) -> io::Result<()> {
+    let wide = points.iter().any(|p| unit.in_mm() * p.coords.amax() >= LARGEST_FLOAT_COORDINATE_MM);
+    let scalars: Vec<(&str, Numbers)> = scalars.iter().map(|(name, values)| (*name, Numbers::Float(values))).collect();
+    let shape = Shape { wide, unit, colours, normals, scalars: &scalars };
+    shape.write(out, points)
+}
+
+/// The values of a property.
+#[derive(Debug, Clone, Copy)]
+pub enum Numbers<'a> {
+    /// `float`.
+    Float(&'a [f32]),
+    /// `int`.
+    Int(&'a [i32]),
+}
+
+impl Numbers<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Numbers::Float(values) => values.len(),
+            Numbers::Int(values) => values.len(),
+        }
+    }
+
+    fn bytes(&self, index: usize) -> [u8; 4] {
+        match self {
+            Numbers::Float(values) => values[index].to_le_bytes(),
+            Numbers::Int(values) => values[index].to_le_bytes(),
+        }
+    }
+}
+
+/// Writes points, whose coordinates are in `unit`, as a binary little-endian PLY with `x y z` as `double` and further properties of
+/// either kind: nothing of a coordinate is lost.
+///
+/// # Errors
+/// Those of [`write_ply_cloud`].
+pub fn write_ply_points(
+    out: &mut impl Write,
+    points: &[Point3],
+    unit: LengthUnit,
+    properties: &[(&str, Numbers)],
+) -> io::Result<()> {
+    Shape { wide: true, unit, colours: None, normals: None, scalars: properties }.write(out, points)
+}
+
+/// What there is beside the places of points.
+struct Shape<'a> {
+    /// Coordinates as `double`.
+    wide: bool,
+    unit: LengthUnit,
+    colours: Option<&'a [[u8; 3]]>,
+    normals: Option<&'a [[f32; 3]]>,
+    scalars: &'a [(&'a str, Numbers<'a>)],
+}
+
+impl Shape<'_> {
+    fn write(&self, out: &mut impl Write, points: &[Point3]) -> io::Result<()> {
+        let Self { wide, unit, colours, normals, scalars } = *self;
+        check_arrays(points, colours, normals, scalars)?;
+        let mut out = BufWriter::with_capacity(1 << 16, out);
+        write_header(&mut out, points.len(), wide, unit, colours.is_some(), normals.is_some(), scalars)?;
+        let mut record = Vec::new();
+        for (index, point) in points.iter().enumerate() {
+            record.clear();
+            for x in point.iter() {
+                if wide {
+                    record.extend(x.to_le_bytes());
+                } else {
+                    record.extend((*x as f32).to_le_bytes());
+                }
+            }
+            if let Some(normals) = normals {
+                normals[index].iter().for_each(|x| record.extend(x.to_le_bytes()));
+            }
+            if let Some(colours) = colours {
+                record.extend(colours[index]);
+            }
+            scalars.iter().for_each(|(_, values)| record.extend(values.bytes(index)));
+            out.write_all(&record)?;
+        }
+        out.flush()
+    }
+}
+
+fn check_arrays(
+    points: &[Point3],
+    colours: Option<&[[u8; 3]]>,
+    normals: Option<&[[f32; 3]]>,
+    scalars: &[(&str, Numbers)],
+) -> io::Result<()> {
     let same = |length: usize| length == points.len();
     let lengths_agree = colours.is_none_or(|c| same(c.len()))
         && normals.is_none_or(|n| same(n.len()))
@@ -35,29 +125,7 @@ pub fn write_ply_cloud(
     if let Some((name, _)) = scalars.iter().find(|(name, _)| name.is_empty() || name.contains(char::is_whitespace)) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("\"{name}\" cannot name a property")));
     }
-    let wide = points.iter().any(|p| unit.in_mm() * p.coords.amax() >= LARGEST_FLOAT_COORDINATE_MM);
-    let mut out = BufWriter::with_capacity(1 << 16, out);
-    write_header(&mut out, points.len(), wide, unit, colours.is_some(), normals.is_some(), scalars)?;
-    let mut record = Vec::new();
-    for (index, point) in points.iter().enumerate() {
-        record.clear();
-        for x in point.iter() {
-            if wide {
-                record.extend(x.to_le_bytes());
-            } else {
-                record.extend((*x as f32).to_le_bytes());
-            }
-        }
-        if let Some(normals) = normals {
-            normals[index].iter().for_each(|x| record.extend(x.to_le_bytes()));
-        }
-        if let Some(colours) = colours {
-            record.extend(colours[index]);
-        }
-        scalars.iter().for_each(|(_, values)| record.extend(values[index].to_le_bytes()));
-        out.write_all(&record)?;
-    }
-    out.flush()
+    Ok(())
 }
 
 fn write_header(
@@ -67,7 +135,7 @@ fn write_header(
     unit: LengthUnit,
     colours: bool,
     normals: bool,
-    scalars: &[(&str, &[f32])],
+    scalars: &[(&str, Numbers)],
 ) -> io::Result<()> {
     let coordinate = if wide { "double" } else { "float" };
     let unit = unit.key();
@@ -81,8 +149,9 @@ fn write_header(
     for name in ["red", "green", "blue"].iter().filter(|_| colours) {
         writeln!(out, "property uchar {name}")?;
     }
-    for (name, _) in scalars {
-        writeln!(out, "property float {name}")?;
+    for (name, values) in scalars {
+        let kind = if matches!(values, Numbers::Int(_)) { "int" } else { "float" };
+        writeln!(out, "property {kind} {name}")?;
     }
     out.write_all(b"end_header\n")
 }
@@ -134,6 +203,22 @@ mod tests {
             assert_eq!(cloud.scalar("deviation"), Some(&scalar[..]));
             assert_eq!(cloud.scalar("Sigma_i"), Some(&scalar[..]));
         }
+    }
+
+    #[test]
+    fn points_come_back_as_they_were_with_whole_numbers_beside_them() {
+        let points = [Point3::new(0.1, 1.0 / 3.0, -2e5), Point3::new(1001.5, 0.7, 4e-9)];
+        let properties = [("sigma_i", Numbers::Float(&[0.25, 0.5])), ("view", Numbers::Int(&[-1, 16_777_217]))];
+        let mut bytes = Vec::new();
+        write_ply_points(&mut bytes, &points, LengthUnit::Um, &properties).unwrap();
+        let header = String::from_utf8_lossy(&bytes);
+        assert!(header.contains("property float sigma_i\nproperty int view\n"), "{header}");
+        assert!(bytes.ends_with(&16_777_217_i32.to_le_bytes()));
+        let unit = LengthUnit::Um;
+        let back = crate::io::read_cloud_in_its_unit(&bytes, Path::new("x.ply"), unit, &RunContext::silent()).unwrap();
+        assert_eq!((back.positions.as_slice(), back.scalar("sigma_i")), (&points[..], Some(&[0.25, 0.5][..])));
+        let short = [("view", Numbers::Int(&[1][..]))];
+        assert!(write_ply_points(&mut Vec::new(), &points, unit, &short).is_err());
     }
 
     #[test]

@@ -172,9 +172,9 @@ fn read_fixed_vertices<'a>(
     let (begin, big_endian) = (cursor.offset, cursor.big_endian);
     let all = &cursor.bytes[begin..begin + size * element.count as usize];
     let firsts: Vec<u64> = (0..element.count).step_by(RECORDS_IN_CHUNK as usize).collect();
-    let rows = read_chunks(&firsts, wanted.layout, wanted.mm_per_unit, element.count as usize, run, |&first| {
+    let rows = read_chunks(&firsts, wanted.layout, wanted.lengths, element.count as usize, run, |&first| {
         let last = (first + RECORDS_IN_CHUNK).min(element.count);
-        let mut rows = Rows::new(wanted.layout, wanted.mm_per_unit, (last - first) as usize);
+        let mut rows = Rows::new(wanted.layout, wanted.lengths, (last - first) as usize);
         for (record, bytes) in (first..).zip(all[first as usize * size..last as usize * size].chunks_exact(size)) {
             let value = |column: usize| {
                 let (range, number) = &fields[column];
@@ -199,7 +199,7 @@ fn read_varying_vertices<'a>(
     wanted: &Wanted<'a>,
     run: &RunContext,
 ) -> Result<Rows<'a>, ReadError> {
-    let mut rows = Rows::new(wanted.layout, wanted.mm_per_unit, element.count as usize);
+    let mut rows = Rows::new(wanted.layout, wanted.lengths, element.count as usize);
     let mut values = vec![0.0; element.properties.len()];
     for record in 0..element.count {
         if record % RECORDS_IN_CHUNK == 0 {

@@ -7,7 +7,7 @@ mod binary;
 mod header;
 mod text;
 
-use super::columns::{ColourScale, Layout, Role};
+use super::columns::{ColourScale, Layout, Lengths, Role};
 use super::fault::Fault;
 use super::{format, polygon, resolution};
 use crate::diagnostic::{Diagnostic, ReadError};
@@ -16,11 +16,11 @@ use crate::run::RunContext;
 use header::{Element, Encoding, Header, Kind, Number};
 
 /// Reads the vertices as a cloud, with colours, normals and all further single properties.
-pub fn read_cloud(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<PointCloud, ReadError> {
+pub fn read_cloud(bytes: &[u8], lengths: Lengths, run: &RunContext) -> Result<PointCloud, ReadError> {
     let bytes = format::without_mark(bytes);
     let header = header::parse(bytes)?;
     let layout = layout_of(header.vertices()?)?;
-    let wanted = Wanted { layout: &layout, mm_per_unit, faces: false };
+    let wanted = Wanted { layout: &layout, lengths, faces: false };
     let mut body = read_body(bytes, &header, &wanted, run)?;
     Ok(std::mem::take(&mut body.cloud))
 }
@@ -38,7 +38,7 @@ pub fn read_mesh(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mes
         }
     }
     layout.scalar_names.clear();
-    let wanted = Wanted { layout: &layout, mm_per_unit, faces: true };
+    let wanted = Wanted { layout: &layout, lengths: Lengths::in_mm(mm_per_unit), faces: true };
     let body = read_body(bytes, &header, &wanted, run)?;
     let vertices = body.cloud.positions;
     if body.cloud.skipped_invalid > 0 {
@@ -60,7 +60,7 @@ pub fn read_mesh(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mes
 /// What to take from the body.
 struct Wanted<'a> {
     layout: &'a Layout,
-    mm_per_unit: f64,
+    lengths: Lengths,
     faces: bool,
 }
 
@@ -99,7 +99,7 @@ fn read_body(bytes: &[u8], header: &Header, wanted: &Wanted, run: &RunContext) -
         Encoding::LittleEndian | Encoding::BigEndian => {
             let body = binary::read(bytes, header, wanted, run)?;
             let is_float32 = is_float32(header.vertices()?, wanted.layout);
-            resolution::check(&body.cloud.positions, is_float32, wanted.mm_per_unit)?;
+            resolution::check(&body.cloud.positions, is_float32, wanted.lengths)?;
             Ok(body)
         }
     }

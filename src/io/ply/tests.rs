@@ -1,12 +1,17 @@
 //! Properties of the PLY reader.
 
-use super::{read_cloud, read_mesh};
+use super::read_mesh;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{LengthUnit, Point3, PointCloud};
+use crate::io::columns::Lengths;
 use crate::io::write_ply_cloud;
 use crate::run::{CancelToken, RunContext};
 
 const RUN: RunContext = RunContext::silent();
+
+fn read_cloud(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<PointCloud, ReadError> {
+    super::read_cloud(bytes, Lengths::in_mm(mm_per_unit), run)
+}
 
 fn said<T: std::fmt::Debug>(result: Result<T, ReadError>) -> Diagnostic {
     match result {

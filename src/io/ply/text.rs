@@ -66,9 +66,9 @@ fn read_vertices<'a>(
         check_last_vertex(chunks, &last, element)?;
     }
     let expected = element.count as usize;
-    read_chunks(&chunks.chunks, wanted.layout, wanted.mm_per_unit, expected, run, |chunk| {
+    read_chunks(&chunks.chunks, wanted.layout, wanted.lengths, expected, run, |chunk| {
         let mut chunk = chunk.clone();
-        let mut rows = Rows::new(wanted.layout, wanted.mm_per_unit, 0);
+        let mut rows = Rows::new(wanted.layout, wanted.lengths, 0);
         while let Some(line) = chunk.next_filled()? {
             read_vertex(&mut rows, line.text, element).map_err(|diagnostic| diagnostic.at_line(line.number))?;
         }

@@ -3,10 +3,11 @@
 use super::read;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::{Point3, PointCloud};
+use crate::io::columns::Lengths;
 use crate::run::RunContext;
 
 fn cloud(text: &str) -> Result<PointCloud, ReadError> {
-    read(text.as_bytes(), 1.0, &RunContext::silent())
+    read(text.as_bytes(), Lengths::in_mm(1.0), &RunContext::silent())
 }
 
 fn said(text: &str) -> Diagnostic {
