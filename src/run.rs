@@ -24,6 +24,10 @@ pub enum Stage {
     Map,
     /// Report files.
     Report,
+    /// Finding the places of views.
+    Register,
+    /// Merging views.
+    Merge,
 }
 
 impl Stage {
@@ -39,6 +43,8 @@ impl Stage {
             Stage::Comparison => "comparison",
             Stage::Map => "map",
             Stage::Report => "report",
+            Stage::Register => "register",
+            Stage::Merge => "merge",
         }
     }
 
@@ -54,6 +60,8 @@ impl Stage {
             Stage::Comparison => "comparing",
             Stage::Map => "drawing the deviation map",
             Stage::Report => "writing reports",
+            Stage::Register => "registering the views",
+            Stage::Merge => "merging",
         }
     }
 }

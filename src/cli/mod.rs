@@ -3,6 +3,7 @@
 mod check;
 mod demo;
 mod fit;
+mod merge;
 mod prepare;
 mod run;
 mod simulate;
@@ -53,8 +54,8 @@ enum Command {
     Fit(fit::FitArguments),
     /// Check a results folder against its manifest.
     Verify(verify::VerifyArguments),
-    #[command(hide = true)]
-    Merge(Unheard),
+    /// Merge overlapping views of a part or tool into one cloud that keeps the best points.
+    Merge(merge::MergeArguments),
     #[command(hide = true)]
     MaskStudy(Unheard),
 }
@@ -152,7 +153,7 @@ fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
         Some(Command::Study(study)) => study::run(&study, manner),
         Some(Command::Fit(fit)) => fit::run(&fit),
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
-        Some(Command::Merge(_)) => Err(not_yet("`merge` (several views of a part made one cloud)")),
+        Some(Command::Merge(merge)) => merge::run(&merge, manner),
         Some(Command::MaskStudy(_)) => Err(not_yet("`mask-study` (thresholds of a merge)")),
         None => window(arguments.plan, arguments.frame_times),
     }

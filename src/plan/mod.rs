@@ -32,3 +32,4 @@ pub use model::*;
 pub use nominal::*;
 pub use regions::{FitRegion, Freedom, RegionFit, RegionShape};
 pub use shapes::NARROWEST_MM;
+pub(crate) use values::short as short_number;

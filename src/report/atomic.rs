@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all.
 
 use crate::diagnostic::Diagnostic;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
@@ -9,6 +9,22 @@ use tempfile::NamedTempFile;
 /// renamed over the target. On failure the target is as before and nothing is left behind.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     Staged::try_new(path, bytes)?.put()
+}
+
+/// The same of what `print` writes, for what need not stand in memory as a whole. What `print` fails with is told like a disk's fault.
+///
+/// # Errors
+/// Those of [`write`].
+pub fn write_with(
+    path: &Path,
+    print: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> io::Result<()>,
+) -> Result<(), Diagnostic> {
+    let file = stage_with(path, |file| {
+        let mut out = BufWriter::with_capacity(1 << 20, file);
+        print(&mut out)?;
+        out.flush()
+    });
+    Staged { path, file: file.map_err(|error| in_words(path, &error))? }.put()
 }
 
 /// A file whose bytes are on the disk under a name of their own. Dropped, it leaves nothing behind.
@@ -58,6 +74,10 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 fn stage(path: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
+    stage_with(path, |file| file.write_all(bytes))
+}
+
+fn stage_with(path: &Path, print: impl FnOnce(&mut std::fs::File) -> io::Result<()>) -> io::Result<NamedTempFile> {
     if path.is_dir() {
         return Err(io::Error::from(ErrorKind::IsADirectory));
     }
@@ -70,7 +90,7 @@ fn stage(path: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder_of(path))?;
-    file.write_all(bytes)?;
+    print(file.as_file_mut())?;
     file.as_file().sync_all()?;
     Ok(file)
 }

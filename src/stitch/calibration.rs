@@ -67,6 +67,11 @@ impl Calibration {
         Ok(Self { features, density, cut_off, tree })
     }
 
+    /// How far the features reach: the diagonal of their box.
+    pub fn size(&self) -> f64 {
+        crate::geometry::Aabb::of_points(self.features.iter().map(|f| &f.position)).map_or(0.0, |b| b.extents().norm())
+    }
+
     /// The distance d_c within which features count as neighbours.
     pub fn cut_off(&self) -> f64 {
         self.cut_off

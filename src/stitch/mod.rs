@@ -1,23 +1,50 @@
 //! Many overlapping measurements made one cloud: quality metrics, masks, adaptive merging (after the endoscope paper).
 //!
-//! Lengths are in the unit of the views throughout, which `MERGE.toml` names.
+//! ```text
+//! points of a file --intake--> Measured --condition: columns, masks, noise, density--> Conditioned
+//!   with its pose --place: registration--> PlacedViews --merging--> Merged: points, metrics, the view of each
+//! ```
+//!
+//! Every step is a pure function: the same views and settings give the same bytes, in whatever order and with any number of threads. Lengths
+//! are in the unit of the views throughout, which `MERGE.toml` names.
 
 pub mod adaptive;
 pub mod calibration;
+mod calibration_file;
 pub mod cells;
+pub mod columns;
+pub mod condition;
+mod fault;
 pub mod feature;
+pub mod intake;
 pub mod mask;
 pub mod mask_study;
+pub mod merging;
 pub mod metric;
+pub mod noise;
 pub mod non_uniformity;
+pub mod organised;
+pub mod place;
+mod pose_file;
 pub mod register;
+pub mod result;
 pub mod spacing;
 #[cfg(test)]
 mod test_points;
+pub mod units;
 pub mod view;
 pub mod voxel;
 
 pub use adaptive::{MergeError, Rank, survivors};
+pub use calibration_file::calibration;
+pub use columns::{Tools, wanted};
+pub use condition::{Conditioned, PointCounts, condition};
+pub use fault::StitchError;
+pub use intake::{Measured, measured};
 pub use mask::Mask;
+pub use merging::{Merged, merge};
 pub use metric::{Better, Metric};
+pub use place::{NoStart, Outcome, PlacedViews, Ready, place};
+pub use pose_file::poses;
+pub use result::{FileIdentity, MergeIdentity, MergeResult, ViewEnd, ViewFile};
 pub use view::View;

@@ -46,19 +46,23 @@ pub fn non_uniformity(
     let off = of_each(&cells, |k, around| {
         let at = cells.positions[k];
         let near = around.points().filter(|j| (cells.positions[*j] - at).norm_squared() <= mean_radius * mean_radius);
-        let known = near.map(|j| normals[cells.order[j] as usize]).filter(|n| *n != Vector3::zeros());
-        let (sum, count) = known.fold((Vector3::zeros(), 0.0), |(sum, count), n| (sum + n, count + 1.0));
-        let normal = normals[cells.order[k] as usize];
-        if normal == Vector3::zeros() || sum == Vector3::zeros() {
-            return [f32::NAN; 2];
-        }
-        let mean = sum / count;
-        [(normal - mean).norm() as f32, normal.angle(&mean) as f32]
+        off_the_mean(&normals[cells.order[k] as usize], near.map(|j| normals[cells.order[j] as usize]))
     });
     for (k, [delta, angle]) in off {
         (delta_n[k], angle_rad[k]) = (delta, angle);
     }
     Ok(NonUniformity { delta_n, angle_rad, normals })
+}
+
+/// How far a normal stands off the mean of those around, as a length and as an angle in rad; zero vectors are none.
+pub(super) fn off_the_mean(normal: &Vector3, around: impl Iterator<Item = Vector3>) -> [f32; 2] {
+    let known = around.filter(|n| *n != Vector3::zeros());
+    let (sum, count) = known.fold((Vector3::zeros(), 0.0), |(sum, count), n| (sum + n, count + 1.0));
+    if *normal == Vector3::zeros() || sum == Vector3::zeros() {
+        return [f32::NAN; 2];
+    }
+    let mean = sum / count;
+    [(normal - mean).norm() as f32, normal.angle(&mean) as f32]
 }
 
 /// Something of every point, each with its index among those given.
@@ -76,6 +80,11 @@ fn normal_at(cells: &Cells, k: usize, around: &Around, radius: f64, sensor: &Poi
     let at = cells.positions[k];
     let near: Vec<Vector3> =
         around.points().map(|j| cells.positions[j] - at).filter(|d| d.norm_squared() <= radius * radius).collect();
+    plane_normal(&near, radius, &(sensor - at))
+}
+
+/// Normal of the plane of least squares through places that stand off a point within a radius, towards the sensor. `None` for too few.
+pub(super) fn plane_normal(near: &[Vector3], radius: f64, to_sensor: &Vector3) -> Option<Vector3> {
     if near.len() < LEAST_POINTS {
         return None;
     }
@@ -83,7 +92,7 @@ fn normal_at(cells: &Cells, k: usize, around: &Around, radius: f64, sensor: &Poi
     let spread: Matrix3<f64> = near.iter().map(|d| (d - mean) * (d - mean).transpose()).sum();
     let eigen = decompose::symmetric_eigen(spread / (radius * radius))?;
     let normal: Vector3 = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-    Some(if normal.dot(&(sensor - at)) < 0.0 { -normal } else { normal })
+    Some(if normal.dot(to_sensor) < 0.0 { -normal } else { normal })
 }
 
 #[cfg(test)]

@@ -10,14 +10,18 @@ use rayon::prelude::*;
 /// # Errors
 /// Points that reach over more than two million cells.
 pub fn voxel_means(positions: &[Point3], side: f64) -> Result<Vec<(Point3, u32)>, TooManyCells> {
-    let cells = Cells::new(positions, side)?;
+    Ok(means(&Cells::new(positions, side)?))
+}
+
+/// The same of points that are sorted already.
+pub(super) fn means(cells: &Cells) -> Vec<(Point3, u32)> {
     let mean = |cell: usize| {
         let points = &cells.positions[cells.points(cell)];
         // From the first point on, so that no digits are lost far out.
         let sum: Vector3 = points.iter().map(|p| p - points[0]).sum();
         (points[0] + sum / points.len() as f64, points.len() as u32)
     };
-    Ok((0..cells.len()).into_par_iter().map(mean).collect())
+    (0..cells.len()).into_par_iter().map(mean).collect()
 }
 
 #[cfg(test)]

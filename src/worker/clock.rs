@@ -59,6 +59,8 @@ pub fn timings_line(scan: &str, clock: &StageClock, prepare_ms: Option<f64>) -> 
         Stage::Map,
         Stage::Report,
     ];
+    // Only of parts that are made of views.
+    const OF_VIEWS: [Stage; 2] = [Stage::Register, Stage::Merge];
     let (stages, total) = clock.milliseconds();
     let round = |ms: f64| (ms * 1e3).round() / 1e3;
     let mut object = serde_json::Map::new();
@@ -66,7 +68,8 @@ pub fn timings_line(scan: &str, clock: &StageClock, prepare_ms: Option<f64>) -> 
     if let Some(ms) = prepare_ms {
         object.insert(Stage::Prepare.key().into(), round(ms).into());
     }
-    for stage in STAGES {
+    let entered = OF_VIEWS.into_iter().filter(|stage| stages.contains_key(stage));
+    for stage in STAGES.into_iter().chain(entered) {
         object.insert(stage.key().into(), round(stages.get(&stage).copied().unwrap_or(0.0)).into());
     }
     object.insert("total".into(), round(total).into());

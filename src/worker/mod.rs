@@ -10,6 +10,7 @@ mod editing_tests;
 mod examine;
 pub mod first_look;
 mod inherited;
+pub mod merge;
 pub mod names;
 pub mod plan_file;
 pub mod request;

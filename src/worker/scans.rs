@@ -16,7 +16,7 @@ pub enum Links {
 }
 
 /// Hidden files are programs' own affairs (copies under way, other systems' side files), unless the pattern names them.
-const MATCHING: glob::MatchOptions =
+pub(super) const MATCHING: glob::MatchOptions =
     glob::MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: true };
 
 /// Lists the scans of the plan's folder, in the plan's order. Files that end in `.part` are still being written and

@@ -19,6 +19,7 @@ mod layers;
 mod measure_accuracy;
 mod measure_hostile;
 mod measure_rims;
+mod merge;
 mod nist_fits;
 mod pose_sweep;
 mod project;

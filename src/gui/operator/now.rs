@@ -69,7 +69,7 @@ pub(super) fn now_ui(ui: &mut Ui, place: Rect, form: Form, scope: &Scope) {
 fn step(scope: &Scope) -> Option<usize> {
     let stage = scope.facts.running()?.scan.as_ref()?.stage?;
     Some(match stage {
-        Stage::Prepare | Stage::Read | Stage::Hash => 0,
+        Stage::Prepare | Stage::Read | Stage::Hash | Stage::Register | Stage::Merge => 0,
         Stage::Background => 1,
         Stage::BestFit => 2,
         Stage::Features => 3,
@@ -90,6 +90,8 @@ pub(in crate::gui) fn stage_words(words: &Words, stage: Option<Stage>) -> &str {
             Stage::Comparison => "stage.comparison",
             Stage::Map => "stage.map",
             Stage::Report => "stage.report",
+            Stage::Register => "stage.register",
+            Stage::Merge => "stage.merge",
         })
     })
 }

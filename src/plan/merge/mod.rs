@@ -51,7 +51,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Loaded {
     read(bytes, path, None)
 }
 
-fn read(bytes: &[u8], path: &Path, look_for_files: Option<ViewsOf>) -> Loaded {
+pub(super) fn read(bytes: &[u8], path: &Path, look_for_files: Option<ViewsOf>) -> Loaded {
     let problems = Problems::new(path);
     if bytes.len() as u64 > LARGEST_PLAN {
         problems.add(too_large(bytes.len() as u64, LARGEST_PLAN, "the settings of a merge"));

@@ -1,0 +1,212 @@
+//! `shapeline merge`: many overlapping views made one cloud.
+
+use super::{Exit, Manner, terminal};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::plan::short_number;
+use crate::run::{RunContext, Stage};
+use crate::stitch::{MergeResult, StitchError, ViewEnd, ViewFile};
+use crate::worker::StopSwitch;
+use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
+use clap::Args;
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// `shapeline merge MERGE.toml`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Each view is read, masked and cleaned by itself; then all are registered and merged: of points that lie within d_s of each other the best one
+stays. Writes the cloud (PLY with the metrics of each point and its view) and a report beside it (JSON). docs/merge.md tells every key.
+
+Prints a line a view, parted by tabs: file, `merged` or `left out`, then points read, masked, kept and in the cloud, or the reason.
+
+Exit status: 0 every view is in the cloud; 1 a view was left out; 2 nothing could be merged; 130 stopped by Ctrl-C.
+
+Examples:
+  shapeline merge tool/merge.toml
+  shapeline merge tool/merge.toml --out tool/2026-03.ply --memory-limit 8GiB")]
+pub(super) struct MergeArguments {
+    /// The settings of the merge.
+    merge: PathBuf,
+    /// The merged cloud, instead of the file that the settings name.
+    #[arg(long, value_name = "FILE.ply")]
+    out: Option<PathBuf>,
+    /// Memory that the points may take, such as 8GiB or 500MiB; a merge that needs more is refused.
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    memory_limit: Option<u64>,
+}
+
+fn bytes(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, u64); 10] = [
+        ("KiB", 1 << 10),
+        ("MiB", 1 << 20),
+        ("GiB", 1 << 30),
+        ("KB", 1_000),
+        ("MB", 1_000_000),
+        ("GB", 1_000_000_000),
+        ("K", 1 << 10),
+        ("M", 1 << 20),
+        ("G", 1 << 30),
+        ("", 1),
+    ];
+    let upper = text.trim().to_ascii_uppercase();
+    let unit = UNITS.iter().find(|(unit, _)| upper.ends_with(&unit.to_ascii_uppercase()));
+    let value = unit.and_then(|(unit, size)| {
+        let number: f64 = upper[..upper.len() - unit.len()].trim().parse().ok()?;
+        let bytes = number * *size as f64;
+        (1.0..1e18).contains(&bytes).then_some(bytes as u64)
+    });
+    value.ok_or_else(|| "expected a size such as 8GiB or 500MiB".into())
+}
+
+pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Diagnostic> {
+    let stop = StopSwitch::default();
+    // One merge is one piece of work: what it has is worth nothing before its end.
+    terminal::stop_on_ctrl_c(&stop, "stopping")?;
+    let request = MergeRequest {
+        plan_path: arguments.merge.clone(),
+        out: arguments.out.clone(),
+        memory_limit: arguments.memory_limit,
+    };
+    let screen = Screen { manner, bar: Mutex::default() };
+    let observe = |stage| screen.show(MergeEvent::Stage(stage));
+    let run = RunContext::new(&stop.after_part, &observe);
+    let mut problems = Vec::new();
+    let ended = merge_files(&request, &run, &mut problems, &|event| screen.show(event));
+    screen.clear();
+    for problem in problems.iter().filter(|p| p.severity == Severity::Error || !manner.quiet) {
+        terminal::error(problem);
+    }
+    match ended {
+        Ok(job) => Ok(tell(&job, manner)),
+        Err(None) => Ok(Exit::Unusable),
+        Err(Some(StitchError::Cancelled(_))) => Ok(Exit::Stopped),
+        Err(Some(StitchError::Fault(fault) | StitchError::CutOff(fault))) => Err(*fault),
+    }
+}
+
+/// Prints what came out.
+fn tell(job: &MergeJob, manner: Manner) -> Exit {
+    let MergeJob { plan, result, cloud, report } = job;
+    let points_out = result.points_out();
+    for (view, out) in result.files.iter().zip(points_out) {
+        terminal::line(view_line(result, view, out));
+    }
+    let unit = plan.unit.key();
+    let merged = result.files.len() - result.left_out().count();
+    terminal::line(format!(
+        "{}\t{} points of {merged} views\td_grid {} {unit}\td_s {} {unit}",
+        cloud.display(),
+        result.merged.positions.len(),
+        short_number(result.placed.d_grid),
+        short_number(result.merged.d_s),
+    ));
+    if !manner.quiet {
+        for warning in result.placed.warnings.iter().chain(&result.merged.warnings) {
+            terminal::note(format!("warning: {warning}"));
+        }
+        terminal::note(format!("written: {}", report.display()));
+    }
+    if result.left_out().next().is_some() { Exit::NotGood } else { Exit::Good }
+}
+
+fn view_line(result: &MergeResult, view: &ViewFile, points_out: usize) -> String {
+    let name = crate::report::words::clean(&view.name);
+    if let Some(why) = result.why_left_out(view) {
+        return format!("{name}\tleft out\t{}", crate::report::words::clean(why));
+    }
+    let counts = match view.end {
+        ViewEnd::Ready(k) => result.placed.counts.get(k),
+        ViewEnd::Unusable(_) => None,
+    };
+    let counts = counts.map_or_else(String::new, |c| {
+        format!("\t{} read\t{} masked\t{} kept", c.points_read, c.points_masked, c.points_kept)
+    });
+    format!("{name}\tmerged{counts}\t{points_out} in the cloud")
+}
+
+/// Steps of the bar after the views: registering, merging, writing, each about as long as some views.
+const LATER_STEPS: [(Stage, u64); 3] = [(Stage::Register, 4), (Stage::Merge, 2), (Stage::Report, 1)];
+
+/// What a person at the terminal sees of a merge under way.
+struct Screen {
+    manner: Manner,
+    bar: Mutex<Option<(ProgressBar, String)>>,
+}
+
+impl Screen {
+    fn show(&self, event: MergeEvent) {
+        match event {
+            MergeEvent::View { index, of, name } => self.begin_view(index, of, &name),
+            // Everybody must know that a view is missing, also who asked for quiet.
+            MergeEvent::Unusable(fault) => self.above(|| {
+                terminal::error(&Diagnostic { severity: Severity::Warning, ..fault.clone() });
+            }),
+            MergeEvent::Stage(stage) => self.enter(stage),
+        }
+    }
+
+    fn begin_view(&self, index: usize, of: usize, name: &str) {
+        let Ok(mut shown) = self.bar.lock() else { return };
+        let later: u64 = LATER_STEPS.iter().map(|(_, share)| of as u64 * share / 4 + 1).sum();
+        let (bar, words) =
+            shown.get_or_insert_with(|| (terminal::bar(self.manner.quiet, Some(of as u64 + later)), String::new()));
+        bar.set_position(index as u64 - 1);
+        *words = format!("view {index} of {of}, {name}");
+        bar.set_message(words.clone());
+        if index > 1 {
+            terminal::show_time_left(bar);
+        }
+    }
+
+    fn enter(&self, stage: Stage) {
+        let Ok(mut shown) = self.bar.lock() else { return };
+        let Some((bar, words)) = shown.as_mut() else { return };
+        if LATER_STEPS.iter().any(|(later, _)| *later == stage) {
+            let length = bar.length().unwrap_or(0);
+            let left: u64 = match stage {
+                Stage::Register => return self.set(bar, words, stage),
+                Stage::Merge => length / 4,
+                _ => length / 10,
+            };
+            bar.set_position(length - left.min(length));
+            return self.set(bar, words, stage);
+        }
+        bar.set_message(format!("{words}, {}", stage.words()));
+    }
+
+    fn set(&self, bar: &ProgressBar, words: &mut String, stage: Stage) {
+        *words = stage.words().to_owned();
+        bar.set_message(words.clone());
+    }
+
+    fn above(&self, print: impl FnOnce()) {
+        match self.bar.lock().ok().as_ref().and_then(|shown| shown.as_ref()) {
+            Some((bar, _)) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
+    fn clear(&self) {
+        if let Some((bar, _)) = self.bar.lock().ok().as_ref().and_then(|shown| shown.as_ref()) {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_with_and_without_units() {
+        for (text, size) in
+            [("8GiB", 8 << 30), ("500 MB", 500_000_000), ("1.5g", 3 << 29), ("4096", 4096), ("2kib", 2048)]
+        {
+            assert_eq!(bytes(text), Ok(size), "{text}");
+        }
+        for wrong in ["", "8XB", "-1GB", "0", "nan", "GiB"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Where the views lie: their poses before, refined by registration.
+
+use super::condition::{Conditioned, PointCounts};
+use super::register::{Options, Prior, RegisterError, Registration, ViewOutcome, register};
+use super::spacing::grid_distance;
+use super::units::{check_poses, size};
+use super::{StitchError, View};
+use crate::diagnostic::Diagnostic;
+use crate::fit::robust::median;
+use crate::geometry::Isometry3;
+use crate::plan::merge::{MergePlan, Prealign};
+use crate::run::{RunContext, Stage};
+
+/// A view with what is known of its pose before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ready {
+    /// Its place in the order of names, from 0: the number of its points in the result.
+    pub index: usize,
+    /// Its points.
+    pub conditioned: Conditioned,
+    /// `world_from_view` before registration; else why it is not known.
+    pub start: Result<Isometry3, NoStart>,
+}
+
+/// Why nothing is known of a pose before registration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NoStart {
+    /// Nobody said.
+    Unknown,
+    /// The CAD gave none, for this reason.
+    Refused(String),
+}
+
+/// What became of a view.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It is merged, from here.
+    Placed(Isometry3),
+    /// It is not, for this reason.
+    LeftOut(String),
+}
+
+impl Outcome {
+    /// `world_from_view`, if it is merged.
+    pub fn world_from_view(&self) -> Option<&Isometry3> {
+        match self {
+            Outcome::Placed(pose) => Some(pose),
+            Outcome::LeftOut(_) => None,
+        }
+    }
+}
+
+/// Views in their places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacedViews {
+    /// All that were ready, in the order of names, each in its own frame.
+    pub views: Vec<View>,
+    /// Their places in the order of all names.
+    pub indices: Vec<usize>,
+    /// Their points.
+    pub counts: Vec<PointCounts>,
+    /// What became of each.
+    pub outcomes: Vec<Outcome>,
+    /// What registration told of pairs, rings and weak motions, where it was asked for; of the views in this order.
+    pub registration: Option<Registration>,
+    /// The distance d_grid of points: the median of the merged views' own.
+    pub d_grid: f64,
+    /// The median size of the merged views, a diagonal.
+    pub size: f64,
+    /// What people should know.
+    pub warnings: Vec<String>,
+}
+
+impl PlacedViews {
+    /// The merged views: which of all, and their poses.
+    pub fn merged(&self) -> impl Iterator<Item = (usize, &View, &Isometry3)> {
+        let views = self.views.iter().zip(&self.outcomes).enumerate();
+        views.filter_map(|(k, (view, outcome))| Some((k, view, outcome.world_from_view()?)))
+    }
+}
+
+/// Standard uncertainty of a pre-aligned position where the settings tell none, in sizes of a view.
+const TRANSLATION_SIGMA: f64 = 0.01;
+/// The same of a turn, rad: half a degree.
+const ROTATION_SIGMA_RAD: f64 = 0.0087;
+/// Fewer views than this make nothing to merge.
+const LEAST_VIEWS: usize = 2;
+
+/// Finds the places of views.
+///
+/// # Errors
+/// Fewer than two views have a place, poses that unit mistakes would make, or the job was stopped.
+pub fn place(plan: &MergePlan, mut ready: Vec<Ready>, run: &RunContext) -> Result<PlacedViews, StitchError> {
+    ready.sort_by_key(|view| view.index);
+    let sizes: Vec<f64> = ready.iter().map(|view| size(&view.conditioned.view.positions)).collect();
+    let mut warnings = check_poses(plan, &ready, &sizes)?;
+    run.enter(Stage::Register)?;
+    let (mut views, mut indices, mut counts, mut starts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for one in ready {
+        views.push(one.conditioned.view);
+        indices.push(one.index);
+        counts.push(one.conditioned.counts);
+        starts.push(one.start);
+    }
+    let grids = grid_distances(&views, run)?;
+    let (outcomes, registration) = if plan.registration.enabled {
+        refined(plan, &views, &starts, &sizes, run)?
+    } else {
+        (as_before(plan, &views, &starts, &grids), None)
+    };
+    warnings.extend(registration.as_ref().and_then(weak_words));
+    let placed: Vec<usize> = (0..views.len()).filter(|k| outcomes[*k].world_from_view().is_some()).collect();
+    if placed.len() < LEAST_VIEWS {
+        return Err(too_few(plan, &views, &outcomes).into());
+    }
+    let of_placed = |values: &[f64]| {
+        let mut values: Vec<f64> = placed.iter().map(|k| values[*k]).collect();
+        median(&mut values).unwrap_or(f64::NAN)
+    };
+    let (d_grid, size) = (of_placed(&grids), of_placed(&sizes));
+    Ok(PlacedViews { views, indices, counts, outcomes, registration, d_grid, size, warnings })
+}
+
+/// d_grid of each view; no number where it has too few points.
+fn grid_distances(views: &[View], run: &RunContext) -> Result<Vec<f64>, StitchError> {
+    let of_view = |view: &View| {
+        run.check()?;
+        let found = grid_distance(&view.positions).map_err(|e| {
+            let help = "points far outside reach over too much: mask them, or ask for [noise]";
+            Diagnostic::error(format!("{}: {e}", view.name)).with_help(help)
+        })?;
+        Ok(found.unwrap_or(f64::NAN))
+    };
+    views.iter().map(of_view).collect()
+}
+
+/// The poses before: registration is off.
+fn as_before(plan: &MergePlan, views: &[View], starts: &[Result<Isometry3, NoStart>], grids: &[f64]) -> Vec<Outcome> {
+    let outcome = |k: usize| match &starts[k] {
+        _ if grids[k].is_nan() => {
+            Outcome::LeftOut(format!("its {} points are too few, or in one place", views[k].positions.len()))
+        }
+        Ok(pose) => Outcome::Placed(*pose),
+        Err(NoStart::Refused(why)) => Outcome::LeftOut(why.clone()),
+        Err(NoStart::Unknown) if plan.views.prealign == Prealign::None => Outcome::Placed(Isometry3::identity()),
+        Err(NoStart::Unknown) => Outcome::LeftOut("nothing is known of its pose".to_owned()),
+    };
+    (0..views.len()).map(outcome).collect()
+}
+
+/// Poses by registration, which begins at those before.
+fn refined(
+    plan: &MergePlan,
+    views: &[View],
+    starts: &[Result<Isometry3, NoStart>],
+    sizes: &[f64],
+    run: &RunContext,
+) -> Result<(Vec<Outcome>, Option<Registration>), StitchError> {
+    let usual_size = median(&mut sizes.to_vec()).unwrap_or(1.0);
+    let translation_sigma = plan.registration.translation_sigma.unwrap_or(TRANSLATION_SIGMA * usual_size);
+    let rotation_sigma_rad = plan.registration.rotation_sigma.unwrap_or(ROTATION_SIGMA_RAD);
+    let prior = |start: &Result<Isometry3, NoStart>| {
+        let world_from_view = *start.as_ref().ok()?;
+        Some(Prior { world_from_view, translation_sigma, rotation_sigma_rad })
+    };
+    let priors: Vec<Option<Prior>> = starts.iter().map(prior).collect();
+    let registration = register(views, &priors, &Options::default(), run).map_err(|error| match error {
+        RegisterError::Cancelled(cancelled) => StitchError::Cancelled(cancelled),
+        fault => {
+            let help =
+                "check the views and the poses; with `enabled = false` in [registration] they are taken as they are";
+            Diagnostic::error(format!("registration: {fault}")).in_file(&plan.path).with_help(help).into()
+        }
+    })?;
+    let outcome = |(found, start): (&ViewOutcome, &Result<Isometry3, NoStart>)| match (found, start) {
+        (ViewOutcome::Placed(placed), _) => Outcome::Placed(placed.world_from_view),
+        (ViewOutcome::LeftOut(left_out), Err(NoStart::Refused(why))) => {
+            Outcome::LeftOut(format!("{}; {why}", left_out.reason))
+        }
+        (ViewOutcome::LeftOut(left_out), _) => Outcome::LeftOut(left_out.reason.clone()),
+    };
+    let outcomes = registration.views.iter().zip(starts).map(outcome).collect();
+    Ok((outcomes, Some(registration)))
+}
+
+/// That some views could slide on their neighbours, if they could.
+fn weak_words(registration: &Registration) -> Option<String> {
+    let views: std::collections::BTreeSet<usize> = registration.weak.iter().map(|weak| weak.view).collect();
+    (!views.is_empty()).then(|| {
+        let views = if views.len() == 1 { "one view".to_owned() } else { format!("{} views", views.len()) };
+        format!("the overlaps do not hold every motion of {views}, what is known before does (`weak` in the report tells how well)")
+    })
+}
+
+fn too_few(plan: &MergePlan, views: &[View], outcomes: &[Outcome]) -> Diagnostic {
+    let why = |(view, outcome): (&View, &Outcome)| match outcome {
+        Outcome::LeftOut(reason) => Some(format!("{}: {reason}", view.name)),
+        Outcome::Placed(_) => None,
+    };
+    let mut reasons: Vec<String> = views.iter().zip(outcomes).filter_map(why).collect();
+    let more = reasons.len().saturating_sub(3);
+    reasons.truncate(3);
+    if more > 0 {
+        reasons.push(format!("{more} more"));
+    }
+    let placed = outcomes.iter().filter(|outcome| outcome.world_from_view().is_some()).count();
+    let reasons = if reasons.is_empty() { String::new() } else { format!("; {}", reasons.join("; ")) };
+    let message = format!("found {placed} view with a place, expected two or more to merge{reasons}");
+    let help = "views must overlap and be pre-aligned well enough: check [views] prealign and poses, and the masks";
+    Diagnostic::error(message.replace("0 view ", "no view "))
+        .in_file(&plan.path)
+        .at_line(plan.views.folder.line)
+        .with_help(help)
+}

@@ -1,0 +1,97 @@
+//! `shapeline merge`: settings to files.
+
+use super::{MergeEvent, Place, merge_folder};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::plan::merge::{self, MergePlan, ViewsOf};
+use crate::report::{atomic, merge_json, merge_ply};
+use crate::run::{RunContext, Stage};
+use crate::stitch::{MergeResult, StitchError};
+use std::path::{Path, PathBuf};
+
+/// What to merge.
+#[derive(Debug, Clone, Default)]
+pub struct MergeRequest {
+    /// `MERGE.toml`.
+    pub plan_path: PathBuf,
+    /// The merged cloud, instead of the file that the settings name.
+    pub out: Option<PathBuf>,
+    /// Bytes that the points may take.
+    pub memory_limit: Option<u64>,
+}
+
+/// A merge that is done and written.
+#[derive(Debug)]
+pub struct MergeJob {
+    /// Its settings.
+    pub plan: MergePlan,
+    /// What came out.
+    pub result: MergeResult,
+    /// The merged cloud.
+    pub cloud: PathBuf,
+    /// The report.
+    pub report: PathBuf,
+}
+
+/// Reads, merges and writes. `problems` gets those of the settings, errors and warnings.
+///
+/// # Errors
+/// `None` when the settings have errors, which `problems` got; else why nothing was merged or written.
+pub fn merge_files(
+    request: &MergeRequest,
+    run: &RunContext,
+    problems: &mut Vec<Diagnostic>,
+    tell: &(dyn Fn(MergeEvent) + Sync),
+) -> Result<MergeJob, Option<StitchError>> {
+    let loaded = merge::load(&request.plan_path, ViewsOf::OwnFolder);
+    let any_error = loaded.problems.iter().any(|p| p.severity == Severity::Error);
+    problems.extend(loaded.problems);
+    let Some(plan) = loaded.plan.filter(|_| !any_error) else { return Err(None) };
+    let cloud = request.out.clone().unwrap_or_else(|| plan.output.file.path.clone());
+    let report = plan.output.report.as_ref().map_or_else(|| cloud.with_extension("json"), |file| file.path.clone());
+    check_outputs(&cloud, &report)?;
+    let place = Place { memory_limit: request.memory_limit, ..Place::default() };
+    let result = merge_folder(&plan, &place, run, tell)?;
+    write(&plan, &result, &cloud, &report, run)?;
+    Ok(MergeJob { plan, result, cloud, report })
+}
+
+/// Before anything is read: a merge that cannot be kept is no use.
+fn check_outputs(cloud: &Path, report: &Path) -> Result<(), StitchError> {
+    if cloud == report {
+        let message = "the cloud and its report would be one file, expected two";
+        return Err(Diagnostic::error(message)
+            .in_file(cloud)
+            .with_help("give the cloud another name, such as merged.ply")
+            .into());
+    }
+    for path in [cloud, report] {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let fault = match atomic::try_folder(folder) {
+            Ok(()) if path.is_dir() => "a folder has this name".to_owned(),
+            Ok(()) => continue,
+            Err(why) if folder.is_dir() => why,
+            Err(_) => "the folder does not exist".to_owned(),
+        };
+        let help = "make the folder, or give another file with --out";
+        return Err(Diagnostic::error(format!("cannot write, {fault}")).in_file(path).with_help(help).into());
+    }
+    Ok(())
+}
+
+/// The report first: a cloud that lies there has its report.
+fn write(
+    plan: &MergePlan,
+    result: &MergeResult,
+    cloud: &Path,
+    report: &Path,
+    run: &RunContext,
+) -> Result<(), StitchError> {
+    run.enter(Stage::Report)?;
+    let text = merge_json(plan, result);
+    let written = atomic::write_with(cloud, |out| merge_ply(out, &result.merged, plan.unit, run));
+    // A job that was stopped has no fault to tell.
+    run.check()?;
+    written?;
+    atomic::write(report, text.as_bytes())?;
+    Ok(())
+}

@@ -1,0 +1,226 @@
+//! `MERGE.toml` and a folder of views to one cloud: the files around `stitch`.
+
+mod by_cad;
+mod files;
+mod job;
+#[cfg(test)]
+mod tests;
+
+pub use job::{MergeJob, MergeRequest, merge_files};
+
+use crate::diagnostic::{Diagnostic, ReadError};
+use crate::geometry::Isometry3;
+use crate::part::Part;
+use crate::plan::merge::{MergePlan, NamedFile, Prealign};
+use crate::run::{RunContext, Stage};
+use crate::stitch::units::check_calibration;
+use crate::stitch::{
+    Conditioned, FileIdentity, MergeIdentity, MergeResult, NoStart, Ready, StitchError, Tools, ViewEnd, ViewFile,
+    calibration, condition, merge, place, poses, wanted,
+};
+use files::{list_views, name_of, read_named, read_view};
+use std::path::{Path, PathBuf};
+
+/// What a merge tells while it runs.
+#[derive(Debug, Clone)]
+pub enum MergeEvent {
+    /// A view is begun.
+    View {
+        /// From 1.
+        index: usize,
+        /// How many there are.
+        of: usize,
+        /// Its file.
+        name: String,
+    },
+    /// A view cannot be used; the others are gone on with.
+    Unusable(Diagnostic),
+    /// Another stage begins, of the view or of all of them.
+    Stage(Stage),
+}
+
+/// Where the views of a merge lie and how much memory they may take.
+#[derive(Debug, Clone, Default)]
+pub struct Place {
+    /// The views' folder, where it is not the one that the settings name: a part's.
+    pub folder: Option<PathBuf>,
+    /// Bytes that the points may take.
+    pub memory_limit: Option<u64>,
+    /// A view whose file ends in the middle is no reason to go on without it: its rest may come.
+    pub wait_for_rest: bool,
+}
+
+/// Merges the views of a folder: each is read, masked and cleaned by itself, then all are registered and merged. A view that cannot be used is
+/// left out by name.
+///
+/// # Errors
+/// No two views can be merged, or something that the settings name cannot be used; or the job was stopped.
+pub fn merge_folder(
+    plan: &MergePlan,
+    whose: &Place,
+    run: &RunContext,
+    tell: &(dyn Fn(MergeEvent) + Sync),
+) -> Result<MergeResult, StitchError> {
+    let folder = whose.folder.as_deref().unwrap_or(&plan.views.folder.path);
+    let paths = list_views(plan, folder)?;
+    let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
+    let around = Around::read(plan, whose, &names, run)?;
+    let wanted = wanted(plan);
+    let (mut files, mut ready, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+    let mut points = 0;
+    for (index, path) in paths.iter().enumerate() {
+        tell(MergeEvent::View { index: index + 1, of: paths.len(), name: names[index].clone() });
+        run.enter(Stage::Read)?;
+        let (sha256, read) = read_view(plan, path, run);
+        if let Ok(measured) = &read {
+            around.check_units(plan, &measured.view.positions)?;
+        }
+        let conditioned = read.and_then(|measured| condition(plan, &around.tools, measured, &wanted, run));
+        let end = match conditioned {
+            Ok(conditioned) => {
+                points += conditioned.view.positions.len() as u64;
+                within_memory(plan, points, whose.memory_limit)?;
+                let start = around.start(plan, index, &conditioned, run)?;
+                ready.push(Ready { index, conditioned, start });
+                ViewEnd::Ready(ready.len() - 1)
+            }
+            Err(StitchError::CutOff(fault)) if whose.wait_for_rest => return Err(StitchError::CutOff(fault)),
+            Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => {
+                let why = ViewEnd::Unusable(in_one_line(&fault));
+                faults.push(*fault);
+                why
+            }
+            Err(cancelled) => return Err(cancelled),
+        };
+        files.push(ViewFile { name: names[index].clone(), sha256, end });
+    }
+    if let (true, Some(fault)) = (ready.len() < 2, faults.first()) {
+        return Err(none_left(fault, faults.len(), paths.len()).into());
+    }
+    faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
+    let placed = place(plan, ready, run)?;
+    let merged = merge(plan, &placed, run)?;
+    Ok(MergeResult { identity: around.identity, files, placed, merged })
+}
+
+/// The fault of a view without its folder: the same views give the same report wherever they lie.
+fn in_one_line(fault: &Diagnostic) -> String {
+    let place = match (&fault.file, fault.line) {
+        (Some(file), Some(line)) => format!("{}:{line}: ", name_of(file)),
+        (Some(file), None) => format!("{}: ", name_of(file)),
+        (None, _) => String::new(),
+    };
+    format!("{place}{}", fault.message)
+}
+
+/// The first fault, told for all views.
+fn none_left(fault: &Diagnostic, unusable: usize, of: usize) -> Diagnostic {
+    let more = if unusable > 1 { format!("; {unusable} of {of} views cannot be used") } else { String::new() };
+    Diagnostic { message: format!("{}{more}, expected two or more that can be merged", fault.message), ..fault.clone() }
+}
+
+/// Bytes that a point takes while points are merged: its place twice, rank, key, cell and columns.
+const BYTES_A_POINT: u64 = 200;
+
+fn within_memory(plan: &MergePlan, points: u64, limit: Option<u64>) -> Result<(), StitchError> {
+    let needed = points * BYTES_A_POINT;
+    let Some(limit) = limit.filter(|limit| needed > *limit) else { return Ok(()) };
+    let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
+    let message = format!(
+        "{points} points, with more views to come or not, take about {:.2} GiB to merge, more than the limit of {:.2} GiB",
+        gib(needed),
+        gib(limit)
+    );
+    let help = "raise --memory-limit, tighten [mask], ask for [density], or merge the views in parts";
+    Err(Diagnostic::error(message).in_file(&plan.path).with_help(help).into())
+}
+
+/// What views are merged with: poses, calibration, CAD.
+struct Around {
+    tools: Tools,
+    poses: Option<Vec<Isometry3>>,
+    part: Option<Part>,
+    identity: MergeIdentity,
+}
+
+impl Around {
+    fn read(plan: &MergePlan, whose: &Place, views: &[String], run: &RunContext) -> Result<Self, StitchError> {
+        let file_of = |path: &Path, sha256: String| FileIdentity::new(path, sha256);
+        let mut identity =
+            MergeIdentity { merge: Some(file_of(&plan.path, plan.sha256.clone())), ..MergeIdentity::default() };
+        let (mut known_poses, mut part) = (None, None);
+        match &plan.views.prealign {
+            Prealign::Poses(named) => {
+                let path = poses_path(named, whose);
+                let (bytes, sha256) = read_named(&path, run)?;
+                known_poses = Some(poses(&bytes, views).map_err(|fault| fault.in_file(&path))?);
+                identity.poses = Some(file_of(&path, sha256));
+            }
+            Prealign::Cad(cad) => {
+                let prepared = by_cad::prepare(cad, run)?;
+                identity.cad = Some(file_of(&cad.path, prepared.cad_sha256.clone()));
+                part = Some(prepared);
+            }
+            Prealign::None => {}
+        }
+        let read = |named: &Option<NamedFile>| -> Result<_, StitchError> {
+            let Some(named) = named else { return Ok(None) };
+            let (bytes, sha256) = read_named(&named.path, run)?;
+            let (features, count) = calibration(&bytes, &named.path, plan.unit, run)?;
+            Ok(Some((features, file_of(&named.path, sha256), count)))
+        };
+        let mut tools = Tools::default();
+        if let Some((features, file, count)) = read(&plan.calibration.camera)? {
+            (tools.camera, identity.camera) = (Some(features), Some((file, count)));
+        }
+        if let Some((features, file, count)) = read(&plan.calibration.projector)? {
+            (tools.projector, identity.projector) = (Some(features), Some((file, count)));
+        }
+        Ok(Self { tools, poses: known_poses, part, identity })
+    }
+
+    /// Calibration in another unit than the views is a mistake of the settings, not of a view.
+    fn check_units(&self, plan: &MergePlan, view: &[crate::geometry::Point3]) -> Result<(), StitchError> {
+        let pairs =
+            [(&plan.calibration.camera, &self.tools.camera), (&plan.calibration.projector, &self.tools.projector)];
+        pairs.into_iter().try_for_each(|(file, features)| match (file, features) {
+            (Some(file), Some(features)) => check_calibration(plan, file, features, view),
+            _ => Ok(()),
+        })
+    }
+
+    /// What is known of a view's pose.
+    fn start(
+        &self,
+        plan: &MergePlan,
+        index: usize,
+        conditioned: &Conditioned,
+        run: &RunContext,
+    ) -> Result<Result<Isometry3, NoStart>, StitchError> {
+        if let Some(poses) = &self.poses {
+            return Ok(Ok(poses[index]));
+        }
+        let (Some(part), Prealign::Cad(cad)) = (&self.part, &plan.views.prealign) else {
+            return Ok(Err(NoStart::Unknown));
+        };
+        by_cad::check_size(plan, cad, part, &conditioned.view)?;
+        Ok(by_cad::start(part, &conditioned.view, plan.unit.in_mm(), run)?)
+    }
+}
+
+/// The poses of a part may lie beside its views.
+fn poses_path(named: &NamedFile, whose: &Place) -> PathBuf {
+    let name = named.path.file_name().unwrap_or_default();
+    let own = whose.folder.as_ref().map(|folder| folder.join(name)).filter(|path| path.is_file());
+    own.unwrap_or_else(|| named.path.clone())
+}
+
+impl From<StitchError> for ReadError {
+    fn from(error: StitchError) -> Self {
+        match error {
+            StitchError::Fault(fault) => ReadError::Bad(fault),
+            StitchError::CutOff(fault) => ReadError::CutOff(fault),
+            StitchError::Cancelled(cancelled) => ReadError::Cancelled(cancelled),
+        }
+    }
+}
