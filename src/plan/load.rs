@@ -9,7 +9,7 @@ use super::sections::CadRead;
 use super::shapes::{comparison_point, features, warn_of_shared_names};
 use super::syntax::{Readable, read_document, read_text};
 use super::values::location;
-use super::{comparison_file, sections};
+use super::{comparison_file, merge, sections};
 use crate::diagnostic::{Diagnostic, Severity};
 use sha2::{Digest, Sha256};
 use std::fs::File;
@@ -26,7 +26,7 @@ pub struct Loaded {
     pub plan: Option<Plan>,
     /// What of it is sound, for checks that look further than the plan itself.
     pub draft: Draft,
-    /// Every problem, the plan's before its comparison file's, by line.
+    /// Every problem, the plan's before its comparison file's and those of the views' settings, by line.
     pub problems: Vec<Diagnostic>,
 }
 
@@ -94,11 +94,13 @@ fn read_root(
         Some(table) => sections::scans(table, folder),
         None => Some((sections::scans_left_out(folder), 1)),
     };
+    let (scans, of_views) = with_views(&root, scans, folder, look_for_files);
     let background = root.section("background").map_or(Some(BackgroundSettings::default()), sections::background);
     let features = features(&root);
     let alignment =
         root.required_section("alignment", "how the part is aligned").and_then(|table| alignment(table, &features));
-    let (comparison, comparison_bytes, more) = comparison(&root, folder);
+    let (comparison, comparison_bytes, mut more) = comparison(&root, folder);
+    more.extend(of_views.problems);
     let rig = root.section("rig").map_or(Some(None), |table| sections::rig(table).map(Some));
     let uncertainty = root.section("uncertainty").map_or(Some(UncertaintySettings::default()), sections::uncertainty);
     let (output, results) = output(&root, folder);
@@ -126,9 +128,9 @@ fn read_root(
         results,
     };
     // A table that is there and is not sound leaves no plan; a rig that is left out does.
-    let plan = background
-        .filter(|_| rig_is_sound)
-        .and_then(|background| whole_plan(&draft, background, sha256_hex(&[bytes, &comparison_bytes])));
+    let plan = background.filter(|_| rig_is_sound).and_then(|background| {
+        whole_plan(&draft, background, sha256_hex(&[bytes, &comparison_bytes, &of_views.bytes]))
+    });
     (plan, draft, more)
 }
 
@@ -173,6 +175,42 @@ fn tell_missing_files(cad: Option<&CadRead>, scans: Option<&(ScanSettings, usize
         let message = format!("[scans] folder: found no folder {}", scans.path.display());
         problems.warning(*line, message, "make the folder, or name the scans on the command line");
     }
+}
+
+/// What `[scans] views` names, beside the settings in it.
+#[derive(Default)]
+struct OfViews {
+    bytes: Vec<u8>,
+    problems: Vec<Diagnostic>,
+}
+
+/// Reads the settings of the merge that `[scans] views` names, if it names any, into those of the scans.
+fn with_views(
+    root: &TableReader<'_>,
+    scans: Option<(ScanSettings, usize)>,
+    folder: &Path,
+    look_for_files: bool,
+) -> (Option<(ScanSettings, usize)>, OfViews) {
+    let Some(table) = root.section("scans") else { return (scans, OfViews::default()) };
+    let Some(entry) = table.optional("views") else { return (scans, OfViews::default()) };
+    let Some((_, path)) = location(entry, folder) else { return (None, OfViews::default()) };
+    let bytes = match read_capped(&path, LARGEST_PLAN, "the settings of a merge") {
+        Ok(bytes) => bytes,
+        Err(problem) => {
+            let words = format!("{} ({})", problem.message, path.display());
+            entry.wrong(words, problem.help.unwrap_or_default());
+            return (None, OfViews::default());
+        }
+    };
+    let read = merge::read(&bytes, &path, look_for_files.then_some(merge::ViewsOf::Parts));
+    if let (Some(merge), Some((scans, _)), Some(unit)) = (&read.plan, &scans, table.optional("unit"))
+        && merge.unit != scans.unit
+    {
+        let words = format!("found {}, and the views are in \"{}\"", unit.found(), merge.unit.key());
+        unit.wrong(words, "remove it: the unit of views is that of their own settings");
+    }
+    let scans = scans.map(|(scans, line)| (ScanSettings { views: read.plan.map(Box::new), ..scans }, line));
+    (scans, OfViews { bytes, problems: read.problems })
 }
 
 pub(super) fn schema(root: &TableReader<'_>) {

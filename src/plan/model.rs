@@ -1,5 +1,6 @@
 //! The inspection plan as checked values: every direction has length one, every length is mm, every angle rad.
 
+use super::merge::MergePlan;
 use super::nominal::{AlignmentMethod, ComparisonPoint, Feature};
 pub use crate::geometry::LengthUnit;
 use crate::geometry::UnitVector3;
@@ -143,6 +144,8 @@ pub struct ScanSettings {
     pub taken: Taken,
     /// Where the camera looks, in the scan frame.
     pub view_direction: Option<UnitVector3>,
+    /// How a part's views are merged, where each sub-folder of the folder holds those of one part.
+    pub views: Option<Box<MergePlan>>,
 }
 
 /// `[background]`; `None` = a default derived from the data.

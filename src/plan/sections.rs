@@ -147,7 +147,7 @@ pub(super) fn scans(table: TableReader<'_>, folder: &Path) -> Option<(ScanSettin
         Some(entry) => location(entry, folder),
         None => Some(("scans".to_owned(), folder.join("scans"))),
     };
-    let pattern = scan_pattern(&table);
+    let pattern = if table.optional("views").is_some() { part_pattern(&table) } else { scan_pattern(&table) };
     let unit = unit(&table);
     let order =
         choice_or(&table, "order", &[("name", ScanOrder::Name), ("modified", ScanOrder::Modified)], ScanOrder::Name);
@@ -156,10 +156,6 @@ pub(super) fn scans(table: TableReader<'_>, folder: &Path) -> Option<(ScanSettin
         Some(entry) => direction(entry).map(Some),
         None => Some(None),
     };
-    if let Some(entry) = table.optional("views") {
-        let words = format!("found {}, expected single clouds", entry.found());
-        entry.wrong(words, "several views of a part come with `shapeline merge`, which is not available yet; name merged clouds in folder");
-    }
     finish(table);
     let (folder, path) = place?;
     let scans = ScanSettings {
@@ -170,6 +166,7 @@ pub(super) fn scans(table: TableReader<'_>, folder: &Path) -> Option<(ScanSettin
         order: order?,
         taken: taken?,
         view_direction: view_direction?,
+        views: None,
     };
     Some((scans, line))
 }
@@ -184,7 +181,13 @@ pub(super) fn scans_left_out(folder: &Path) -> ScanSettings {
         order: ScanOrder::Name,
         taken: Taken::None,
         view_direction: None,
+        views: None,
     }
+}
+
+/// Of the folders that hold a part's views each.
+fn part_pattern(table: &TableReader<'_>) -> Option<String> {
+    if table.optional("pattern").is_none() { Some("*".to_owned()) } else { scan_pattern(table) }
 }
 
 pub(super) fn scan_pattern(table: &TableReader<'_>) -> Option<String> {

@@ -104,6 +104,7 @@ impl SyntheticPart {
                 unit: LengthUnit::Mm,
             },
             scans: ScanSettings {
+                views: None,
                 folder: "scans".into(),
                 path: PathBuf::from("scans"),
                 pattern: "*.ply".into(),

@@ -1,5 +1,6 @@
 //! One scan from its file to its result. Whatever is wrong with it becomes a refused result: the sequence lives on.
 
+use super::merge::part_folder;
 use super::scans::taken;
 use crate::diagnostic::{Diagnostic, ReadError, Refusal};
 use crate::geometry::PointCloud;
@@ -21,10 +22,19 @@ pub struct Examiner {
     pub part: Arc<Part>,
 }
 
-/// The bytes of a scan, read once.
-pub(super) struct ScanBytes {
-    pub(super) bytes: Vec<u8>,
+/// A scan that is there.
+pub(super) struct Loaded {
+    content: Content,
     pub(super) sha256: String,
+    /// Bytes of its file, or of all files of its folder.
+    pub(super) size: u64,
+}
+
+enum Content {
+    /// The bytes of a cloud, read once.
+    Cloud(Vec<u8>),
+    /// A folder of views.
+    Views,
 }
 
 /// What a scan's bytes gave.
@@ -36,8 +46,16 @@ pub(super) enum Examined {
 }
 
 /// Reads and hashes a scan. The inner error: the system does not give the file.
-pub(super) fn load(scan: &Path, run: &RunContext) -> Result<Result<ScanBytes, Box<Diagnostic>>, Cancelled> {
+pub(super) fn load(plan: &Plan, scan: &Path, run: &RunContext) -> Result<Result<Loaded, Box<Diagnostic>>, Cancelled> {
     run.enter(Stage::Read)?;
+    if plan.scans.views.is_some() {
+        run.enter(Stage::Hash)?;
+        return match part_folder::hash(scan, run) {
+            Ok((sha256, size)) => Ok(Ok(Loaded { content: Content::Views, sha256, size })),
+            Err(ReadError::Cancelled(cancelled)) => Err(cancelled),
+            Err(ReadError::Bad(diagnostic) | ReadError::CutOff(diagnostic)) => Ok(Err(diagnostic)),
+        };
+    }
     let bytes = match io::read_file_while(scan, run) {
         Ok(bytes) => bytes,
         Err(ReadError::Cancelled(cancelled)) => return Err(cancelled),
@@ -45,7 +63,8 @@ pub(super) fn load(scan: &Path, run: &RunContext) -> Result<Result<ScanBytes, Bo
     };
     run.enter(Stage::Hash)?;
     let sha256 = io::sha256_of(&bytes, run)?;
-    Ok(Ok(ScanBytes { bytes, sha256 }))
+    let size = bytes.len() as u64;
+    Ok(Ok(Loaded { content: Content::Cloud(bytes), sha256, size }))
 }
 
 impl Examiner {
@@ -56,12 +75,12 @@ impl Examiner {
 
     /// The same with its points, for who wants to show them.
     pub fn look_again(&self, scan: &Path, run: &RunContext) -> Result<Inspected, Cancelled> {
-        let loaded = match load(scan, run)? {
+        let loaded = match load(&self.plan, scan, run)? {
             Ok(loaded) => loaded,
             Err(fault) => return Ok(self.refused(scan, None, &fault)),
         };
         let sha256 = loaded.sha256.clone();
-        Ok(match self.examine(scan, loaded, run)? {
+        Ok(match self.examine(scan, loaded, false, run)? {
             Examined::Done(inspected) => *inspected,
             Examined::CutOff(fault) => self.refused(scan, Some(sha256), &fault),
         })
@@ -83,29 +102,44 @@ impl Examiner {
         }
     }
 
-    /// Inspects the scan. A panic becomes a refused scan.
-    pub(super) fn examine(&self, scan: &Path, loaded: ScanBytes, run: &RunContext) -> Result<Examined, Cancelled> {
+    /// Inspects the scan. A panic becomes a refused scan. With `wait_for_rest` a part with a view that ends in the middle is cut off, else
+    /// it is inspected without that view.
+    pub(super) fn examine(
+        &self,
+        scan: &Path,
+        loaded: Loaded,
+        wait_for_rest: bool,
+        run: &RunContext,
+    ) -> Result<Examined, Cancelled> {
         let sha256 = loaded.sha256.clone();
-        match catch_unwind(AssertUnwindSafe(|| self.read_and_inspect(scan, loaded, run))) {
+        match catch_unwind(AssertUnwindSafe(|| self.read_and_inspect(scan, loaded, wait_for_rest, run))) {
             Ok(end) => end,
             Err(panic) => Ok(Examined::Done(Box::new(self.broken(scan, Some(sha256), &*panic)))),
         }
     }
 
-    fn read_and_inspect(&self, scan: &Path, loaded: ScanBytes, run: &RunContext) -> Result<Examined, Cancelled> {
-        let ScanBytes { bytes, sha256 } = loaded;
+    fn read_and_inspect(
+        &self,
+        scan: &Path,
+        loaded: Loaded,
+        wait_for_rest: bool,
+        run: &RunContext,
+    ) -> Result<Examined, Cancelled> {
+        let Loaded { content, sha256, .. } = loaded;
         run.enter(Stage::Read)?;
-        let cloud = match io::read_cloud(&bytes, scan, self.plan.scans.unit, run) {
-            Ok(cloud) => cloud,
+        let (cloud, of_views) = match self.read(scan, content, wait_for_rest, run) {
+            Ok(read) => read,
             Err(ReadError::Cancelled(cancelled)) => return Err(cancelled),
             Err(ReadError::CutOff(diagnostic)) => return Ok(Examined::CutOff(diagnostic)),
             Err(ReadError::Bad(diagnostic)) => {
                 return Ok(Examined::Done(Box::new(self.refused(scan, Some(sha256), &diagnostic))));
             }
         };
-        drop(bytes);
         let identity = self.identity(scan, Some(sha256));
         let mut inspected = inspect::inspect(&self.plan, &self.part, cloud, identity, run)?;
+        if let Outcome::Measured(inspection) = &mut inspected.result.outcome {
+            inspection.warnings.extend(of_views);
+        }
         if let (Err(words), Outcome::Measured(inspection)) =
             (taken(&self.plan.scans.taken, scan), &mut inspected.result.outcome)
         {
@@ -114,8 +148,24 @@ impl Examiner {
         Ok(Examined::Done(Box::new(inspected)))
     }
 
-    /// Why the file is cut off, if it is; nothing else is looked at.
-    pub(super) fn cut_off(&self, scan: &Path, bytes: &[u8], run: &RunContext) -> Option<Box<Diagnostic>> {
+    /// The points, mm, and what people should know of their views.
+    fn read(
+        &self,
+        scan: &Path,
+        content: Content,
+        wait_for_rest: bool,
+        run: &RunContext,
+    ) -> Result<(PointCloud, Vec<String>), ReadError> {
+        match (content, &self.plan.scans.views) {
+            (Content::Cloud(bytes), _) => Ok((io::read_cloud(&bytes, scan, self.plan.scans.unit, run)?, Vec::new())),
+            (Content::Views, Some(merge)) => Ok(part_folder::cloud(merge, scan, wait_for_rest, run)?),
+            (Content::Views, None) => Err(Diagnostic::error("found a folder, expected a scan").into()),
+        }
+    }
+
+    /// Why the file is cut off, if it is; nothing else is looked at. A folder to which the rest of a view came is another folder.
+    pub(super) fn cut_off(&self, scan: &Path, loaded: &Loaded, run: &RunContext) -> Option<Box<Diagnostic>> {
+        let Content::Cloud(bytes) = &loaded.content else { return None };
         let read = catch_unwind(AssertUnwindSafe(|| io::read_cloud(bytes, scan, self.plan.scans.unit, run)));
         match read {
             Ok(Err(ReadError::CutOff(diagnostic))) => Some(diagnostic),

@@ -94,6 +94,8 @@ impl ResultsFolder {
     /// Leaves this program's own files out of a listing of scans and keeps the others from being written over, should
     /// scans and results share a folder.
     pub fn sift(&mut self, folder: &Path, listing: &mut Vec<Listed>) {
+        // Of a plan whose parts are folders.
+        listing.retain(|file| !file.path.is_dir() || fs::canonicalize(&file.path).is_ok_and(|p| p != self.real_path));
         if !fs::canonicalize(folder).is_ok_and(|folder| folder == self.real_path) {
             return;
         }

@@ -1,5 +1,6 @@
 //! The scans of a plan: which files, in which order, taken when.
 
+use super::merge::part_folder;
 use super::watch::Listed;
 use crate::diagnostic::Diagnostic;
 use crate::plan::{ScanOrder, ScanSettings, Taken};
@@ -19,7 +20,7 @@ pub enum Links {
 pub(super) const MATCHING: glob::MatchOptions =
     glob::MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: true };
 
-/// Lists the scans of the plan's folder, in the plan's order. Files that end in `.part` are still being written and
+/// Lists the scans of the plan's folder, in the plan's order; of a plan with views the folders of parts, each as one scan. Files that end in `.part` are still being written and
 /// are left out.
 pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, Diagnostic> {
     let pattern = glob::Pattern::new(&settings.pattern)
@@ -37,6 +38,14 @@ pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, 
             continue;
         }
         let path = entry.path();
+        if settings.views.is_some() {
+            // One part a folder; a link to one is left alone where links are.
+            let is_link = || std::fs::symlink_metadata(&path).is_ok_and(|m| m.is_symlink());
+            if path.is_dir() && (links == Links::Follow || !is_link()) {
+                files.extend(part_folder::listed(&path));
+            }
+            continue;
+        }
         let metadata = match links {
             Links::Follow => std::fs::metadata(&path),
             Links::Ignore => std::fs::symlink_metadata(&path),
@@ -111,6 +120,7 @@ mod tests {
             order: ScanOrder::Name,
             taken: Taken::None,
             view_direction: None,
+            views: None,
         };
         let names: Vec<_> = list_scans(&settings, Links::Follow)
             .unwrap()

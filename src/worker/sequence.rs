@@ -191,7 +191,7 @@ impl<'a> Sequence<'a> {
     }
 
     fn look_into(&self, scan: &Path, watched: Option<&Listed>, run: &RunContext) -> Result<Look, Cancelled> {
-        let loaded = load(scan, run)?;
+        let loaded = load(&self.examiner.plan, scan, run)?;
         let loaded = match (loaded, watched) {
             (Ok(loaded), _) => loaded,
             (Err(fault), None) => return Ok(Look::Result(Box::new(self.examiner.refused(scan, None, &fault)))),
@@ -203,13 +203,13 @@ impl<'a> Sequence<'a> {
         };
         let sha256 = loaded.sha256.clone();
         if let Some(listed) = watched {
-            if !listed.is_still_so() || loaded.bytes.len() as u64 != listed.size {
+            if !listed.is_still_so() || loaded.size != listed.size {
                 return Ok(Look::End(ScanEnd::NotYet(NotYet::Changed, None)));
             }
             let (plan, part) = (&self.examiner.plan, &self.examiner.part);
             if let Some(row) = self.results.inspected_as(&sha256, &plan.sha256, &part.cad_sha256) {
                 // A file that an earlier run refused because it was cut off still waits for its rest.
-                let cut_off = if row.refused { self.examiner.cut_off(scan, &loaded.bytes, run) } else { None };
+                let cut_off = if row.refused { self.examiner.cut_off(scan, &loaded, run) } else { None };
                 return Ok(Look::End(match cut_off {
                     Some(fault) => not_yet(NotYet::CutOff, *fault),
                     None => {
@@ -220,7 +220,7 @@ impl<'a> Sequence<'a> {
                 }));
             }
         }
-        Ok(match self.examiner.examine(scan, loaded, run)? {
+        Ok(match self.examiner.examine(scan, loaded, watched.is_some(), run)? {
             Examined::Done(inspected) => Look::Result(inspected),
             Examined::CutOff(fault) if watched.is_some() => Look::End(not_yet(NotYet::CutOff, *fault)),
             Examined::CutOff(fault) => Look::Result(Box::new(self.examiner.refused(scan, Some(sha256), &fault))),

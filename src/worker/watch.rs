@@ -2,6 +2,7 @@
 //!
 //! The folder is polled: events of the operating system are not reliable on network shares.
 
+use super::merge::part_folder;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
@@ -20,6 +21,9 @@ pub struct Listed {
 impl Listed {
     /// Whether the file's size and time are as they were listed.
     pub fn is_still_so(&self) -> bool {
+        if self.path.is_dir() {
+            return part_folder::listed(&self.path).as_ref() == Some(self);
+        }
         std::fs::metadata(&self.path).is_ok_and(|m| m.len() == self.size && m.modified().ok() == self.modified)
     }
 }

@@ -3,6 +3,7 @@
 mod by_cad;
 mod files;
 mod job;
+pub mod part_folder;
 #[cfg(test)]
 mod tests;
 
