@@ -14,7 +14,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
 /// The same of what `print` writes, for what need not stand in memory as a whole. What `print` fails with is told like a disk's fault.
 ///
 /// # Errors
-/// Those of [`write`].
+/// Those of [`write()`].
 pub fn write_with(
     path: &Path,
     print: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> io::Result<()>,
