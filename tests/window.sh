@@ -14,26 +14,38 @@ mkdir -p "$folder"
 folder="$(realpath "$folder")"
 
 home="$(mktemp -d)"
-# The first screen that nobody uses.
-number=91
-while [ -e "/tmp/.X$number-lock" ]; do number=$((number + 1)); done
-screen=":$number"
-Xvfb "$screen" -screen 0 "${size}x24" +extension GLX >/dev/null 2>&1 &
-server=$!
+# The first screen that nobody uses; a server that does not come up gives way to the next number.
+server=""
 window=""
 cleanup() {
   [ -z "$window" ] || kill "$window" 2>/dev/null || true
-  kill "$server" 2>/dev/null || true
+  [ -z "$server" ] || kill "$server" 2>/dev/null || true
   rm -rf "$home"
 }
 trap cleanup EXIT
 
-export DISPLAY="$screen" HOME="$home" XDG_CONFIG_HOME="$home/config" XDG_DATA_HOME="$home/data"
+export HOME="$home" XDG_CONFIG_HOME="$home/config" XDG_DATA_HOME="$home/data"
 unset WAYLAND_DISPLAY WAYLAND_SOCKET || true
-for _ in $(seq 100); do
-  xdotool getdisplaygeometry >/dev/null 2>&1 && break
-  sleep 0.1
+answers() { xdotool getdisplaygeometry >/dev/null 2>&1; }
+number=91
+for _ in 1 2 3 4 5; do
+  while [ -e "/tmp/.X$number-lock" ]; do number=$((number + 1)); done
+  export DISPLAY=":$number"
+  Xvfb "$DISPLAY" -screen 0 "${size}x24" +extension GLX >"$home/server" 2>&1 &
+  server=$!
+  for _ in $(seq 300); do
+    if answers || ! kill -0 "$server" 2>/dev/null; then break; fi
+    sleep 0.1
+  done
+  if answers && kill -0 "$server" 2>/dev/null; then break; fi
+  kill "$server" 2>/dev/null || true
+  number=$((number + 1))
 done
+if ! answers; then
+  echo "no screen could be started" >&2
+  cat "$home/server" >&2
+  exit 1
+fi
 
 width="${size%x*}"
 height="${size#*x}"
