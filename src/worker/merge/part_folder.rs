@@ -68,7 +68,8 @@ pub fn hash(folder: &Path, run: &RunContext) -> Result<(String, u64), ReadError>
 /// ends in the middle is an error, since its rest may come.
 ///
 /// # Errors
-/// Those of [`merge_folder`].
+/// Those of [`merge_folder`]; and views that may have slid on each other, since what is measured across them would be as wrong as that and no
+/// uncertainty would tell.
 pub fn cloud(
     plan: &MergePlan,
     folder: &Path,
@@ -77,6 +78,11 @@ pub fn cloud(
 ) -> Result<(PointCloud, Vec<String>), StitchError> {
     let place = Place { folder: Some(folder.to_path_buf()), memory_limit: None, wait_for_rest };
     let result = merge_folder(plan, &place, run, &|_| {})?;
+    if result.placed.registration.as_ref().is_some_and(|registration| !registration.weak.is_empty()) {
+        let message = "the overlaps of the part's views do not hold every motion: views may have slid on each other";
+        let help = "let views overlap where the part is curved or bent, or put [registration] enabled = false and see to it that the poses are true";
+        return Err(Diagnostic::error(message).in_file(folder).with_help(help).into());
+    }
     let left_out = result.left_out().map(|(name, why)| format!("{name} is left out: {why}"));
     let notes = result.placed.warnings.iter().chain(&result.merged.warnings).cloned();
     let warnings = left_out.chain(notes).collect();
