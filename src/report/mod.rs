@@ -15,6 +15,7 @@ pub mod json;
 mod json_layout;
 mod json_why;
 pub mod manifest;
+pub mod mask_study;
 mod merge_json;
 mod merge_ply;
 pub mod palette;

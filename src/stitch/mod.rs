@@ -34,6 +34,7 @@ mod test_points;
 pub mod units;
 pub mod view;
 pub mod voxel;
+pub mod wear;
 
 pub use adaptive::{MergeError, Rank, survivors};
 pub use calibration_file::calibration;

@@ -12,28 +12,44 @@ use printpdf::{
 };
 use sha2::{Digest, Sha256};
 
+/// A picture that pages draw under a name.
+pub struct Picture {
+    /// The name.
+    pub id: XObjectId,
+    /// Pixels a row, and rows.
+    pub size_px: [usize; 2],
+    /// RGB, row by row from the top.
+    pub pixels: Vec<u8>,
+}
+
+impl From<MapPicture> for Picture {
+    fn from(map: MapPicture) -> Self {
+        Self { id: map_id(), size_px: [map.width_px, map.height_px], pixels: map.pixels }
+    }
+}
+
 /// The name under which pages draw the map.
 pub fn map_id() -> XObjectId {
     XObjectId("Map".to_owned())
 }
 
 /// Puts the pages together. `seed` is the text from which the document's id is made.
-pub fn bytes(pages: Vec<Page<'_>>, fonts: &Fonts, picture: Option<MapPicture>, title: &str, seed: &[u8]) -> Vec<u8> {
+pub fn bytes(pages: Vec<Page<'_>>, fonts: &Fonts, pictures: Vec<Picture>, title: &str, seed: &[u8]) -> Vec<u8> {
     let mut document = PdfDocument::new(title);
     document.metadata.info.creator = PROGRAM.to_owned();
     document.metadata.info.producer = PROGRAM.to_owned();
     for (id, font) in fonts.parsed() {
         document.resources.fonts.map.insert(id.clone(), PdfFont::new(font.clone()));
     }
-    if let Some(picture) = picture {
+    for picture in pictures {
         let image = RawImage {
-            width: picture.width_px,
-            height: picture.height_px,
+            width: picture.size_px[0],
+            height: picture.size_px[1],
             pixels: RawImageData::U8(picture.pixels),
             data_format: RawImageFormat::RGB8,
             tag: Vec::new(),
         };
-        document.resources.xobjects.map.insert(map_id(), XObject::Image(image));
+        document.resources.xobjects.map.insert(picture.id, XObject::Image(image));
     }
     document.pages =
         pages.into_iter().map(|page| PdfPage::new(Mm(PAGE[0] as f32), Mm(PAGE[1] as f32), page.into_ops())).collect();

@@ -19,22 +19,29 @@ pub struct Flow<'a> {
 }
 
 struct Head {
-    sign: Sign,
+    sign: Option<Sign>,
     word: &'static str,
-    part: [String; 3],
-    scan: String,
+    /// Literal texts and values in turn.
+    about: Vec<(&'static str, String)>,
+    right: String,
 }
 
 impl<'a> Flow<'a> {
     /// Begins with an empty page.
     pub fn new(fonts: &'a Fonts, result: &InspectionResult) -> Flow<'a> {
         let id = &result.identity;
-        let head = Head {
-            sign: part_sign(result),
-            word: part_word(result),
-            part: [id.part_name.clone(), id.part_number.clone(), id.part_revision.clone()],
-            scan: format!("Scan {}", id.scan_file),
-        };
+        let about =
+            vec![("", id.part_name.clone()), (", ", id.part_number.clone()), (", revision ", id.part_revision.clone())];
+        let right = format!("Scan {}", id.scan_file);
+        Self::begin(fonts, Head { sign: Some(part_sign(result)), word: part_word(result), about, right })
+    }
+
+    /// Begins with an empty page of a document that is not about one part.
+    pub fn titled(fonts: &'a Fonts, word: &'static str, about: &str, right: &str) -> Flow<'a> {
+        Self::begin(fonts, Head { sign: None, word, about: vec![("", about.to_owned())], right: right.to_owned() })
+    }
+
+    fn begin(fonts: &'a Fonts, head: Head) -> Flow<'a> {
         let mut flow = Flow { fonts, head, pages: Vec::new(), y: 0.0 };
         flow.turn();
         flow
@@ -44,14 +51,19 @@ impl<'a> Flow<'a> {
     pub fn turn(&mut self) {
         let mut page = Page::new(self.fonts);
         let (word, part, scan) = (set(Font::Bold, 12.2), set(Font::SemiBold, 9.6), set(Font::Regular, 8.6));
-        sign(&mut page, self.head.sign, LEFT + 2.9, 14.5, 2.8);
-        page.text(LEFT + 8.4, 15.9, word, TEXT, self.head.word);
-        let x = LEFT + 8.4 + self.fonts.width_mm(word, self.head.word) + 3.0;
-        let scan_text = self.fonts.fitted(scan, &self.fonts.printable(scan.font, &self.head.scan), 55.0);
+        let mut x = LEFT;
+        if let Some(of) = self.head.sign {
+            sign(&mut page, of, LEFT + 2.9, 14.5, 2.8);
+            x += 8.4;
+        }
+        page.text(x, 15.9, word, TEXT, self.head.word);
+        x += self.fonts.width_mm(word, self.head.word) + 3.0;
+        let scan_text = self.fonts.fitted(scan, &self.fonts.printable(scan.font, &self.head.right), 55.0);
         page.text_right(RIGHT, 15.6, scan, QUIET, &scan_text);
         let room = RIGHT - x - self.fonts.width_mm(scan, &scan_text) - 6.0;
-        let [name, number, revision] = &self.head.part;
-        let part_text = self.fonts.shared(part, &[("", name), (", ", number), (", revision ", revision)], room);
+        let pieces: Vec<(&str, &str)> =
+            self.head.about.iter().map(|(literal, value)| (*literal, value.as_str())).collect();
+        let part_text = self.fonts.shared(part, &pieces, room);
         page.text(x, 15.7, part, TEXT, &part_text);
         page.rule(LEFT, RIGHT, 19.8, TEXT, 0.4);
         self.pages.push(page);

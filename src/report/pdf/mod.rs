@@ -7,8 +7,13 @@ mod document;
 mod first;
 mod flow;
 mod map;
+pub mod mask_study;
+pub mod merge;
+#[cfg(test)]
+mod merge_tests;
 mod notes;
 mod page;
+mod plot;
 mod rest;
 mod signs;
 mod table;
@@ -33,7 +38,8 @@ pub fn pdf(result: &InspectionResult, scene: Option<&MapScene<'_>>, run: &RunCon
     run.check()?;
     let id = &result.identity;
     let title = clean(&format!("{}: {}, scan {}", first::part_word(result), id.part_name, id.scan_file));
-    Ok(document::bytes(pages, &fonts, picture, &title, json(result).as_bytes()))
+    let pictures = picture.into_iter().map(document::Picture::from).collect();
+    Ok(document::bytes(pages, &fonts, pictures, &title, json(result).as_bytes()))
 }
 
 /// All pages, and the picture to which the first refers.
@@ -51,16 +57,18 @@ fn pages<'a>(
     }
     let count = pages.len();
     for (k, page) in pages.iter_mut().enumerate() {
-        footer(page, k + 1, count);
+        footer(page, SCHEMA, WORDS, k + 1, count);
     }
     Ok((pages, picture))
 }
 
-fn footer(page: &mut Page<'_>, number: usize, count: usize) {
+/// What holds for every number of the report.
+const WORDS: &str = "All lengths in mm. Deviation is positive along the direction of the plan. U is expanded, k = 2.";
+
+fn footer(page: &mut Page<'_>, schema: &str, words: &str, number: usize, count: usize) {
     let (small, bold, y) = (set(Font::Regular, 7.1), set(Font::SemiBold, 7.4), 287.8);
     page.rule(LEFT, RIGHT, 283.4, STRONG, 0.25);
-    page.text(LEFT, y, small, QUIET, &format!("{PROGRAM}, {SCHEMA}"));
-    let words = "All lengths in mm. Deviation is positive along the direction of the plan. U is expanded, k = 2.";
+    page.text(LEFT, y, small, QUIET, &format!("{PROGRAM}, {schema}"));
     page.text_centre(0.5 * (LEFT + RIGHT) + 12.0, y, small, QUIET, words);
     page.text_right(RIGHT, y, bold, TEXT, &format!("Page {number} of {count}"));
 }

@@ -5,6 +5,7 @@
 
 mod compose;
 mod field;
+pub mod points;
 mod surface;
 mod view;
 
