@@ -3,7 +3,10 @@
 use super::{Exit, Manner, terminal};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::plan::short_number;
+use crate::report::pdf::merge::FeatureRow;
 use crate::run::{RunContext, Stage};
+use crate::stitch::feature::FeatureFit;
+use crate::stitch::wear::Wear;
 use crate::stitch::{MergeResult, StitchError, ViewEnd, ViewFile};
 use crate::worker::StopSwitch;
 use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
@@ -87,7 +90,7 @@ pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Di
 
 /// Prints what came out.
 fn tell(job: &MergeJob, manner: Manner) -> Exit {
-    let MergeJob { plan, result, cloud, report } = job;
+    let MergeJob { plan, result, cloud, report, pdf, extras } = job;
     let points_out = result.points_out();
     for (view, out) in result.files.iter().zip(points_out) {
         terminal::line(view_line(result, view, out));
@@ -101,13 +104,45 @@ fn tell(job: &MergeJob, manner: Manner) -> Exit {
         short_number(result.placed.d_grid),
         short_number(result.merged.d_s),
     ));
+    extras.features.iter().for_each(|row| terminal::line(feature_line(row, unit)));
+    if let Some(wear) = &extras.wear {
+        terminal::line(wear_line(wear, unit));
+    }
     if !manner.quiet {
         for warning in result.placed.warnings.iter().chain(&result.merged.warnings) {
             terminal::note(format!("warning: {warning}"));
         }
-        terminal::note(format!("written: {}", report.display()));
+        for file in [report].into_iter().chain(pdf) {
+            terminal::note(format!("written: {}", file.display()));
+        }
     }
     if result.left_out().next().is_some() { Exit::NotGood } else { Exit::Good }
+}
+
+/// A feature before and after, in one line.
+fn feature_line(row: &FeatureRow, unit: &str) -> String {
+    let certified = row.certified.map(|c| c.0);
+    let told = |fit: &Result<FeatureFit, String>| match fit {
+        Err(why) => format!("does not fit: {}", crate::report::words::clean(why)),
+        Ok(fit) => {
+            let d_r = fit.d_r(certified).map_or_else(String::new, |d| format!("d_r {d:+.3} {unit}, "));
+            format!("{d_r}sigma_dev {} {unit}", short_number(fit.sigma_dev))
+        }
+    };
+    let name = crate::report::words::clean(&row.name);
+    format!("{name}\tbefore: {}\tafter: {}", told(&row.before), told(&row.after))
+}
+
+/// What was found of wear, in one line.
+fn wear_line(wear: &Wear, unit: &str) -> String {
+    let measured = wear.difference.len() - wear.not_measured;
+    let regions = match wear.regions.first() {
+        None => "no region differs".to_owned(),
+        Some(largest) => {
+            format!("{} regions differ, the largest by {:+.3} {unit} on average", wear.regions.len(), largest.mean)
+        }
+    };
+    format!("wear\t{regions}\t{measured} points compared, {} not measured", wear.not_measured)
 }
 
 fn view_line(result: &MergeResult, view: &ViewFile, points_out: usize) -> String {

@@ -3,6 +3,7 @@
 mod check;
 mod demo;
 mod fit;
+mod mask_study;
 mod merge;
 mod prepare;
 mod run;
@@ -12,8 +13,7 @@ mod terminal;
 mod verify;
 
 use crate::diagnostic::{Diagnostic, ReadError};
-use clap::{Args, Parser, Subcommand};
-use std::ffi::OsString;
+use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -56,15 +56,8 @@ enum Command {
     Verify(verify::VerifyArguments),
     /// Merge overlapping views of a part or tool into one cloud that keeps the best points.
     Merge(merge::MergeArguments),
-    #[command(hide = true)]
-    MaskStudy(Unheard),
-}
-
-/// The arguments of a command that this version does not have.
-#[derive(Debug, Args)]
-struct Unheard {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    _arguments: Vec<OsString>,
+    /// Tell what each mask of a merge is worth: scatter and points left over the thresholds of every metric.
+    MaskStudy(mask_study::MaskStudyArguments),
 }
 
 /// How the program ends; the README tells people the same.
@@ -154,7 +147,7 @@ fn run_command(arguments: Arguments) -> Result<Exit, Diagnostic> {
         Some(Command::Fit(fit)) => fit::run(&fit),
         Some(Command::Verify(verify)) => verify::run(&verify, manner),
         Some(Command::Merge(merge)) => merge::run(&merge, manner),
-        Some(Command::MaskStudy(_)) => Err(not_yet("`mask-study` (thresholds of a merge)")),
+        Some(Command::MaskStudy(study)) => mask_study::run(&study, manner),
         None => window(arguments.plan, arguments.frame_times),
     }
 }
@@ -183,12 +176,6 @@ fn window(plan: Option<PathBuf>, _frame_times: Option<PathBuf>) -> Result<Exit, 
     let plan = plan.map_or_else(|| "PLAN.toml".into(), |p| p.display().to_string());
     Err(Diagnostic::error("this program was built without the window")
         .with_help(format!("inspect with `shapeline run {plan}`, or see `shapeline --help`")))
-}
-
-/// Planned words that do nothing yet.
-fn not_yet(what: &str) -> Diagnostic {
-    Diagnostic::error(format!("this version does not have {what} yet"))
-        .with_help("see `shapeline --help` for what it has; CHANGELOG.md tells what comes later")
 }
 
 /// A file's fault as a message; a cancelled job has none of its own.

@@ -1,10 +1,14 @@
 //! The report of a merge as JSON, for other programs. Lengths are in the unit that it names; nothing of a clock is in it.
 
 use super::json_layout::Layout;
+use super::merge_pages::MergeExtras;
+use super::pdf::merge::FeatureRow;
 use super::words::PROGRAM;
 use crate::geometry::Isometry3;
 use crate::plan::merge::{Judge, MergePlan};
+use crate::stitch::feature::FeatureFit;
 use crate::stitch::register::{Cycle, Pair, PairState, Placed, Registration, Weak};
+use crate::stitch::wear::{Wear, WornRegion};
 use crate::stitch::{FileIdentity, MergeResult, PointCounts, ViewEnd, ViewFile};
 use serde::Serialize;
 
@@ -30,7 +34,67 @@ struct Report<'a> {
     views: Vec<ViewJson<'a>>,
     #[serde(flatten)]
     registration: Option<RegistrationJson<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    features: Vec<FeatureJson<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wear: Option<WearJson<'a>>,
     warnings: Vec<&'a str>,
+}
+
+/// A feature before (all points of the placed views) and after merging.
+#[derive(Serialize)]
+struct FeatureJson<'a> {
+    name: &'a str,
+    radius: Option<f64>,
+    radius_u: Option<f64>,
+    before: FitJson<'a>,
+    after: FitJson<'a>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum FitJson<'a> {
+    Fitted {
+        radius: Option<f64>,
+        radius_u: Option<f64>,
+        d_r: Option<f64>,
+        sigma_dev: f64,
+        points: usize,
+        rejected: usize,
+    },
+    Not {
+        reason: &'a str,
+    },
+}
+
+/// The difference to an earlier cloud; uncertainties are standard ones.
+#[derive(Serialize)]
+struct WearJson<'a> {
+    compare_with: &'a str,
+    old_from_new: PoseJson,
+    free_motions: usize,
+    radius: f64,
+    smooth_u: f64,
+    not_measured: usize,
+    old_not_seen: usize,
+    least_area: f64,
+    least_significance: f64,
+    regions: Vec<RegionJson>,
+}
+
+#[derive(Serialize)]
+struct RegionJson {
+    area: f64,
+    area_u: f64,
+    mean: f64,
+    mean_u: f64,
+    extreme: f64,
+    extreme_u: f64,
+    extreme_at: [f64; 3],
+    centre: [f64; 3],
+    normal: [f64; 3],
+    significance: f64,
+    points: usize,
 }
 
 #[derive(Serialize)]
@@ -135,7 +199,7 @@ impl PoseJson {
 }
 
 /// The report, with a line feed at its end.
-pub fn merge_json(plan: &MergePlan, result: &MergeResult) -> String {
+pub fn merge_json(plan: &MergePlan, result: &MergeResult, extras: &MergeExtras) -> String {
     let id = &result.identity;
     let metric = match &plan.merge.judge.value {
         Judge::Mean => MetricJson::One("mean"),
@@ -164,6 +228,8 @@ pub fn merge_json(plan: &MergePlan, result: &MergeResult) -> String {
         columns: result.merged.columns.keys().map(|metric| metric.key()).collect(),
         views: result.files.iter().enumerate().map(|(k, view)| view_json(result, k, view, points_out[k])).collect(),
         registration: result.placed.registration.as_ref().map(|found| registration_json(found, &result.placed.indices)),
+        features: extras.features.iter().map(feature_json).collect(),
+        wear: extras.wear.as_ref().map(|wear| wear_json(plan, wear)),
         warnings: result.placed.warnings.iter().chain(&result.merged.warnings).map(String::as_str).collect(),
     };
     let mut bytes = Vec::new();
@@ -171,6 +237,58 @@ pub fn merge_json(plan: &MergePlan, result: &MergeResult) -> String {
     report.serialize(&mut serializer).expect("plain data with string keys into memory always serialises");
     bytes.push(b'\n');
     String::from_utf8(bytes).expect("JSON is written as UTF-8")
+}
+
+fn feature_json(row: &FeatureRow) -> FeatureJson<'_> {
+    let certified = row.certified.map(|c| c.0);
+    fn fit(fit: &Result<FeatureFit, String>, certified: Option<f64>) -> FitJson<'_> {
+        match fit {
+            Ok(fit) => FitJson::Fitted {
+                radius: fit.radius,
+                radius_u: fit.radius_u,
+                d_r: fit.d_r(certified),
+                sigma_dev: fit.sigma_dev,
+                points: fit.points,
+                rejected: fit.rejected,
+            },
+            Err(reason) => FitJson::Not { reason },
+        }
+    }
+    FeatureJson {
+        name: &row.name,
+        radius: certified,
+        radius_u: row.certified.map(|c| c.1),
+        before: fit(&row.before, certified),
+        after: fit(&row.after, certified),
+    }
+}
+
+fn wear_json<'a>(plan: &'a MergePlan, wear: &Wear) -> WearJson<'a> {
+    let region = |r: &WornRegion| RegionJson {
+        area: r.area,
+        area_u: r.area_u,
+        mean: r.mean,
+        mean_u: r.mean_u,
+        extreme: r.extreme,
+        extreme_u: r.extreme_u,
+        extreme_at: r.extreme_at.coords.into(),
+        centre: r.centre.coords.into(),
+        normal: r.normal.into(),
+        significance: r.significance,
+        points: r.points.len(),
+    };
+    WearJson {
+        compare_with: plan.output.compare_with.as_ref().map_or("", |old| &old.file),
+        old_from_new: PoseJson::new(&wear.old_from_new),
+        free_motions: wear.fit.free_motions,
+        radius: wear.radius,
+        smooth_u: wear.fit.smooth.typical(),
+        not_measured: wear.not_measured,
+        old_not_seen: wear.old_not_seen,
+        least_area: wear.least_area,
+        least_significance: wear.least_significance,
+        regions: wear.regions.iter().map(region).collect(),
+    }
 }
 
 fn file_json(of: &FileIdentity, features: Option<usize>) -> FileJson<'_> {

@@ -589,10 +589,9 @@ fn without_a_display_the_command_line_is_named_and_help_is_at_hand() {
     run_in(folder.path(), ["plan.toml"]).assert_ended(2, &["error: ", "window", "`shapeline run plan.toml`"]);
     let help = run_in(folder.path(), ["--help"]);
     help.assert_ended(0, &[]);
-    for command in ["run", "check", "demo", "prepare", "simulate", "study", "merge", "fit", "verify"] {
+    for command in ["run", "check", "demo", "prepare", "simulate", "study", "merge", "mask-study", "fit", "verify"] {
         assert!(help.stdout.contains(command), "{command}");
     }
-    run_in(folder.path(), ["mask-study"]).assert_ended(2, &["this version does not have", "mask-study", "help: "]);
     run_in(folder.path(), ["run"]).assert_ended(2, &["PLAN"]);
     run_in(folder.path(), ["--threads", "many", "demo"]).assert_ended(2, &["many"]);
 }

@@ -33,3 +33,4 @@ mod support;
 mod surface_methods;
 mod things_in_view;
 mod watch;
+mod wear;

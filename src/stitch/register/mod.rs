@@ -1,4 +1,4 @@
-//! Registration of N overlapping views: where each of them lies in one world (issue 5, `ALGORITHMS.md` section 8).
+//! Registration of N overlapping views: where each of them lies in one world.
 //!
 //! ```text
 //! views --surface: patches--> Surface         smoothed places with normals, a search tree, the noise of a point

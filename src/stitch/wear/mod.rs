@@ -9,7 +9,7 @@
 //! Lague, Brodu and Leroux 2013, M3C2, who take means). The best fit makes such differences small at places spread over the surface, each
 //! weighted by Tukey's biweight anew until nothing moves: worn places stand off the others by many times a mean's noise, lose their weight,
 //! and do not pull. What places differ in beyond their noise, smooth errors of both measurements, is a part of the uncertainty, larger where points
-//! are worse by the metric that they were merged by ([`smooth`]).
+//! are worse by the metric that they were merged by (`smooth`).
 //!
 //! **Sign.** Positive where the new surface lies nearer to the sensor than the old one: material was added; negative: worn away. Lengths are
 //! in the unit of the clouds. Uncertainties are standard ones (k = 1).

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// The views of a folder in the natural order of their names (`view_2` before `view_10`), without the files that the merge writes.
 ///
 /// # Errors
-/// The folder cannot be read, or fewer than two of its files match the pattern.
-pub(super) fn list_views(plan: &MergePlan, folder: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
+/// The folder cannot be read, or fewer than `least` (one or two) of its files match the pattern.
+pub(super) fn list_views(plan: &MergePlan, folder: &Path, least: usize) -> Result<Vec<PathBuf>, Diagnostic> {
     let line = plan.views.folder.line;
     let in_plan = |message: String| Diagnostic::error(message).in_file(&plan.path).at_line(line);
     let pattern = glob::Pattern::new(&plan.views.pattern).map_err(|e| in_plan(format!("[views] pattern: {e}")))?;
@@ -39,15 +39,16 @@ pub(super) fn list_views(plan: &MergePlan, folder: &Path) -> Result<Vec<PathBuf>
     });
     let found = match paths.len() {
         0 => "no file",
-        1 => "one view only",
-        _ => return Ok(paths),
+        found if found >= least => return Ok(paths),
+        _ => "one view only",
     };
     // Of a part's folder only the name: its report is the same wherever it lies.
     let own = &plan.views.folder;
     let shown = if folder == own.path { own.file.clone() } else { name_of(folder) };
     let message = format!(
-        "[views] pattern: found {found} in {shown} that matches \"{}\", expected two or more views",
-        plan.views.pattern
+        "[views] pattern: found {found} in {shown} that matches \"{}\", expected {} or more views",
+        plan.views.pattern,
+        if least == 1 { "one" } else { "two" }
     );
     let help = match paths.len() {
         0 => {
@@ -140,15 +141,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let text = b"schema = 1\nunit = \"um\"\n[views]\nfolder = \".\"\n[output]\ncompare_with = \"old.ply\"\n";
         let plan = merge::parse(text, &folder.path().join("merge.toml")).plan.unwrap();
-        let told = list_views(&plan, folder.path()).unwrap_err();
+        let told = list_views(&plan, folder.path(), 2).unwrap_err();
         assert!(told.message.contains("no file") && told.line == Some(4), "{told}");
         for name in ["v2.ply", "merged.ply", "old.ply", "v3.ply.part", "v.txt", ".v4.ply"] {
             std::fs::write(folder.path().join(name), "x").unwrap();
         }
-        assert!(list_views(&plan, folder.path()).unwrap_err().message.contains("one view only"));
+        assert!(list_views(&plan, folder.path(), 2).unwrap_err().message.contains("one view only"));
         std::fs::write(folder.path().join("v10.ply"), "x").unwrap();
-        let names: Vec<String> = list_views(&plan, folder.path()).unwrap().iter().map(|p| name_of(p)).collect();
+        let names: Vec<String> = list_views(&plan, folder.path(), 2).unwrap().iter().map(|p| name_of(p)).collect();
         assert_eq!(names, ["v2.ply", "v10.ply"]);
-        assert!(list_views(&plan, &folder.path().join("none")).unwrap_err().message.contains("cannot be read"));
+        assert!(list_views(&plan, &folder.path().join("none"), 2).unwrap_err().message.contains("cannot be read"));
     }
 }

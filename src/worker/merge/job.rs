@@ -1,9 +1,9 @@
 //! `shapeline merge`: settings to files.
 
-use super::{MergeEvent, Place, merge_folder};
+use super::{MergeEvent, Place, compare, merge_folder};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::plan::merge::{self, MergePlan, ViewsOf};
-use crate::report::{atomic, merge_json, merge_ply};
+use crate::report::{MergeExtras, atomic, merge_json, merge_pages, merge_ply};
 use crate::run::{RunContext, Stage};
 use crate::stitch::{MergeResult, StitchError};
 use std::path::{Path, PathBuf};
@@ -30,6 +30,10 @@ pub struct MergeJob {
     pub cloud: PathBuf,
     /// The report.
     pub report: PathBuf,
+    /// The report on paper, where it is wanted.
+    pub pdf: Option<PathBuf>,
+    /// Features before and after, and the wear since an earlier cloud.
+    pub extras: MergeExtras,
 }
 
 /// Reads, merges and writes. `problems` gets those of the settings, errors and warnings.
@@ -48,11 +52,18 @@ pub fn merge_files(
     let Some(plan) = loaded.plan.filter(|_| !any_error) else { return Err(None) };
     let cloud = request.out.clone().unwrap_or_else(|| plan.output.file.path.clone());
     let report = plan.output.report.as_ref().map_or_else(|| cloud.with_extension("json"), |file| file.path.clone());
+    let pdf = plan.output.report_pdf.as_ref().map(|file| file.path.clone());
     check_outputs(&cloud, &report)?;
+    if let Some(pdf) = &pdf {
+        check_outputs(&cloud, pdf)?;
+    }
     let place = Place { memory_limit: request.memory_limit, ..Place::default() };
     let result = merge_folder(&plan, &place, run, tell)?;
-    write(&plan, &result, &cloud, &report, run)?;
-    Ok(MergeJob { plan, result, cloud, report })
+    let extras =
+        MergeExtras { features: compare::features(&plan, &result, run)?, wear: compare::wear(&plan, &result, run)? };
+    let job = MergeJob { plan, result, cloud, report, pdf, extras };
+    write(&job, run)?;
+    Ok(job)
 }
 
 /// Before anything is read: a merge that cannot be kept is no use.
@@ -79,16 +90,17 @@ fn check_outputs(cloud: &Path, report: &Path) -> Result<(), StitchError> {
 }
 
 /// The report first: a cloud that lies there has its report.
-fn write(
-    plan: &MergePlan,
-    result: &MergeResult,
-    cloud: &Path,
-    report: &Path,
-    run: &RunContext,
-) -> Result<(), StitchError> {
+fn write(job: &MergeJob, run: &RunContext) -> Result<(), StitchError> {
+    let MergeJob { plan, result, cloud, report, pdf, extras } = job;
     run.enter(Stage::Report)?;
-    let text = merge_json(plan, result);
-    let written = atomic::write_with(cloud, |out| merge_ply(out, &result.merged, plan.unit, run));
+    let text = merge_json(plan, result, extras);
+    if let Some(pdf) = pdf {
+        let pages = merge_pages(plan, result, extras, compare::eye(result));
+        run.check()?;
+        atomic::write(pdf, &pages)?;
+    }
+    let wear = extras.wear.as_ref();
+    let written = atomic::write_with(cloud, |out| merge_ply(out, &result.merged, wear, plan.unit, run));
     // A job that was stopped has no fault to tell.
     run.check()?;
     written?;

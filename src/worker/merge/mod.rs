@@ -1,13 +1,16 @@
 //! `MERGE.toml` and a folder of views to one cloud: the files around `stitch`.
 
 mod by_cad;
+mod compare;
 mod files;
 mod job;
 pub mod part_folder;
+mod study;
 #[cfg(test)]
 mod tests;
 
 pub use job::{MergeJob, MergeRequest, merge_files};
+pub use study::{MaskStudyJob, study_masks};
 
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::Isometry3;
@@ -63,7 +66,7 @@ pub fn merge_folder(
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<MergeResult, StitchError> {
     let folder = whose.folder.as_deref().unwrap_or(&plan.views.folder.path);
-    let paths = list_views(plan, folder)?;
+    let paths = list_views(plan, folder, 2)?;
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
     let around = Around::read(plan, whose, &names, run)?;
     let wanted = wanted(plan);

@@ -1,0 +1,96 @@
+//! What a merge tells beside its cloud: features before and after, and the difference to an earlier cloud.
+
+use super::files::name_of;
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Point3;
+use crate::io;
+use crate::plan::merge::{Judge, MergePlan, Metric, NamedFile};
+use crate::report::pdf::merge::FeatureRow;
+use crate::run::RunContext;
+use crate::stitch::feature::fit_feature;
+use crate::stitch::merging::together;
+use crate::stitch::wear::{NewCloud, OldCloud, Wear, WearError, compare};
+use crate::stitch::{MergeResult, StitchError};
+
+/// The features that the settings name, fitted to all placed points and to the merged cloud.
+pub(super) fn features(
+    plan: &MergePlan,
+    result: &MergeResult,
+    run: &RunContext,
+) -> Result<Vec<FeatureRow>, StitchError> {
+    if plan.features.is_empty() {
+        return Ok(Vec::new());
+    }
+    let before = together(&result.placed).positions;
+    let mut rows = Vec::new();
+    for feature in &plan.features {
+        run.check()?;
+        let fit = |points: &[Point3]| fit_feature(feature.kind, points).map_err(|e| e.to_string());
+        rows.push(FeatureRow {
+            name: feature.name.clone(),
+            certified: feature.radius.map(|radius| (radius, feature.radius_u)),
+            before: fit(&before),
+            after: fit(&result.merged.positions),
+        });
+    }
+    Ok(rows)
+}
+
+/// The difference to the earlier cloud that the settings name.
+///
+/// # Errors
+/// The earlier cloud cannot be read or compared, or the job was stopped.
+pub(super) fn wear(plan: &MergePlan, result: &MergeResult, run: &RunContext) -> Result<Option<Wear>, StitchError> {
+    let Some(named) = &plan.output.compare_with else { return Ok(None) };
+    let bytes = io::read_file_while(&named.path, run)?;
+    let cloud = io::read_cloud_in_its_unit(&bytes, &named.path, plan.unit, run)?;
+    let metric = match &plan.merge.judge.value {
+        Judge::Metrics(metrics) => metrics.first().copied(),
+        Judge::Mean => None,
+    };
+    let worse = |values: &[f32], metric: Metric| -> Vec<f32> {
+        values.iter().map(|v| -metric.score(f64::from(*v)) as f32).collect()
+    };
+    let new_badness = metric.and_then(|m| result.merged.columns.get(&m).map(|values| worse(values, m)));
+    let old_badness = metric.and_then(|m| cloud.scalar(m.key()).map(|values| worse(values, m)));
+    let (sensors, seen_from) = sensors(result);
+    let new = NewCloud {
+        positions: &result.merged.positions,
+        sensors: &sensors,
+        seen_from: &seen_from,
+        badness: new_badness.as_deref(),
+    };
+    let old = OldCloud { positions: &cloud.positions, badness: old_badness.as_deref() };
+    match compare(&new, &old, run) {
+        Ok(wear) => Ok(Some(wear)),
+        Err(WearError::Cancelled(cancelled)) => Err(cancelled.into()),
+        Err(fault) => Err(not_comparable(plan, named, &fault).into()),
+    }
+}
+
+fn not_comparable(plan: &MergePlan, named: &NamedFile, fault: &WearError) -> Diagnostic {
+    let message = format!("[output] compare_with: {}: {fault}", name_of(&named.path));
+    let help = "the earlier cloud must be of the same tool, in the same unit and merged from poses in the same frame; or leave compare_with out";
+    Diagnostic::error(message).in_file(&plan.path).at_line(named.line).with_help(help)
+}
+
+/// Where the sensors of the placed views stood, world frame, and of each merged point the one that saw it; means over several take the
+/// first.
+fn sensors(result: &MergeResult) -> (Vec<Point3>, Vec<u32>) {
+    let mut sensors = Vec::new();
+    let mut of_view = std::collections::BTreeMap::new();
+    for (k, view, world_from_view) in result.placed.merged() {
+        of_view.insert(result.placed.indices[k], sensors.len() as u32);
+        sensors.push(world_from_view * view.sensor);
+    }
+    let seen = |view: &i32| usize::try_from(*view).ok().and_then(|v| of_view.get(&v).copied()).unwrap_or(0);
+    let seen_from = result.merged.view.iter().map(seen).collect();
+    (sensors, seen_from)
+}
+
+/// The middle of where the sensors stood.
+pub(super) fn eye(result: &MergeResult) -> Point3 {
+    let (sensors, _) = sensors(result);
+    let sum: crate::geometry::Vector3 = sensors.iter().map(|p| p.coords).sum();
+    Point3::from(sum / sensors.len().max(1) as f64)
+}

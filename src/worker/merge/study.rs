@@ -1,0 +1,138 @@
+//! `shapeline mask-study`: settings and views to a table and plots of what each mask is worth.
+
+use super::files::{list_views, name_of, read_named, read_view};
+use super::{MergeEvent, in_one_line};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::plan::merge::{self, Mask, MergePlan, Metric, NamedFile, ViewsOf};
+use crate::report::pdf::mask_study::mask_study_pdf;
+use crate::report::{atomic, mask_study::csv};
+use crate::run::{RunContext, Stage};
+use crate::stitch::calibration::Calibration;
+use crate::stitch::columns::{Asked, complete};
+use crate::stitch::mask_study::{MaskStudy, StudyError, mask_study};
+use crate::stitch::units::check_calibration;
+use crate::stitch::{StitchError, Tools, View, calibration};
+use std::path::{Path, PathBuf};
+
+/// A study that is done and written.
+#[derive(Debug)]
+pub struct MaskStudyJob {
+    /// The settings.
+    pub plan: MergePlan,
+    /// What came out.
+    pub study: MaskStudy,
+    /// Views that could not be read.
+    pub unusable: usize,
+    /// Table and plots.
+    pub files: [PathBuf; 2],
+}
+
+/// Studies masks for the views and features of a `MERGE.toml`; `out` names the files, without their endings, where they are not to lie beside the
+/// merged cloud.
+///
+/// # Errors
+/// `None` when the settings have errors, which `problems` got; else why nothing was studied or written.
+pub fn study_masks(
+    plan_path: &Path,
+    out: Option<&Path>,
+    run: &RunContext,
+    problems: &mut Vec<Diagnostic>,
+    tell: &(dyn Fn(MergeEvent) + Sync),
+    told: &(dyn Fn(usize, usize) + Sync),
+) -> Result<MaskStudyJob, Option<StitchError>> {
+    let loaded = merge::load(plan_path, ViewsOf::OwnFolder);
+    let any_error = loaded.problems.iter().any(|p| p.severity == Severity::Error);
+    problems.extend(loaded.problems);
+    let Some(plan) = loaded.plan.filter(|_| !any_error) else { return Err(None) };
+    if plan.features.is_empty() {
+        let help = "add one that the views show: kind = \"plane\", \"sphere\" or \"cylinder\"";
+        let message = "no [[feature]], expected at least one: masks are judged by how points scatter about it";
+        return Err(Some(Diagnostic::error(message).in_file(&plan.path).with_help(help).into()));
+    }
+    let beside = || plan.output.file.path.with_file_name("mask-study");
+    let base = out.map_or_else(beside, Path::to_path_buf);
+    let files = ["csv", "pdf"].map(|ending| base.with_extension(ending));
+    let folder = base.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    atomic::try_folder(folder).map_err(|why| cannot_write(folder, &why))?;
+    let (views, unusable) = read_views(&plan, run, tell)?;
+    let masks: Vec<Mask> = plan.masks.iter().map(|mask| mask.value).collect();
+    let study = mask_study(&views, &plan.features, &masks, run, told).map_err(|error| fault_of(&plan, error))?;
+    run.enter(Stage::Report).map_err(StitchError::from)?;
+    atomic::write(&files[0], csv(&study, &plan.features).as_bytes()).map_err(StitchError::from)?;
+    atomic::write(&files[1], &mask_study_pdf(&plan, &study)).map_err(StitchError::from)?;
+    Ok(MaskStudyJob { plan, study, unusable, files })
+}
+
+fn cannot_write(folder: &Path, why: &str) -> Option<StitchError> {
+    let message = format!("the study cannot be written there: {why}");
+    Some(Diagnostic::error(message).in_file(folder).with_help("give another place with --out").into())
+}
+
+fn fault_of(plan: &MergePlan, error: StudyError) -> StitchError {
+    match error {
+        StudyError::Cancelled(cancelled) => StitchError::Cancelled(cancelled),
+        fault @ StudyError::NoFit { .. } => {
+            let help = "each view has to show the feature: check its kind, and leave views of other things out by [views] pattern";
+            Diagnostic::error(fault.to_string()).in_file(&plan.path).with_help(help).into()
+        }
+    }
+}
+
+/// Every view with every metric that can be known of it, nothing masked; and how many cannot be read.
+fn read_views(
+    plan: &MergePlan,
+    run: &RunContext,
+    tell: &(dyn Fn(MergeEvent) + Sync),
+) -> Result<(Vec<View>, usize), StitchError> {
+    let paths = list_views(plan, &plan.views.folder.path, 1)?;
+    let tools = tools(plan, run)?;
+    let (mut views, mut faults) = (Vec::new(), Vec::new());
+    for (index, path) in paths.iter().enumerate() {
+        tell(MergeEvent::View { index: index + 1, of: paths.len(), name: name_of(path) });
+        run.enter(Stage::Read)?;
+        let (_, read) = read_view(plan, path, run);
+        match read {
+            Ok(mut measured) => {
+                check_units(plan, &tools, &measured.view)?;
+                for metric in Metric::ALL {
+                    // What nothing is known of has no curve.
+                    let asked = [(metric, Asked { words: metric.key().to_owned(), line: 1 })];
+                    let completed = complete(plan, &tools, &mut measured, &asked, run);
+                    if let Err(StitchError::Cancelled(cancelled)) = completed {
+                        return Err(cancelled.into());
+                    }
+                }
+                views.push(measured.view);
+            }
+            Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => faults.push(*fault),
+            Err(cancelled) => return Err(cancelled),
+        }
+    }
+    if views.is_empty()
+        && let Some(fault) = faults.first()
+    {
+        return Err(
+            Diagnostic { message: format!("{}; no view can be used", in_one_line(fault)), ..fault.clone() }.into()
+        );
+    }
+    let unusable = faults.len();
+    faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
+    Ok((views, unusable))
+}
+
+fn tools(plan: &MergePlan, run: &RunContext) -> Result<Tools, StitchError> {
+    let read = |named: &Option<NamedFile>| -> Result<Option<Calibration>, StitchError> {
+        let Some(named) = named else { return Ok(None) };
+        let (bytes, _) = read_named(&named.path, run)?;
+        Ok(Some(calibration(&bytes, &named.path, plan.unit, run)?.0))
+    };
+    Ok(Tools { camera: read(&plan.calibration.camera)?, projector: read(&plan.calibration.projector)? })
+}
+
+fn check_units(plan: &MergePlan, tools: &Tools, view: &View) -> Result<(), StitchError> {
+    let pairs = [(&plan.calibration.camera, &tools.camera), (&plan.calibration.projector, &tools.projector)];
+    pairs.into_iter().try_for_each(|(file, features)| match (file, features) {
+        (Some(file), Some(features)) => check_calibration(plan, file, features, &view.positions),
+        _ => Ok(()),
+    })
+}
