@@ -90,22 +90,43 @@ impl CancelToken {
 /// Called at each change of stage.
 pub type StageObserver<'a> = &'a (dyn Fn(Stage) + Sync);
 
+/// Called with the share of a stage that is done, 0 to 1; from any thread, and not always rising.
+pub type ShareObserver<'a> = &'a (dyn Fn(f64) + Sync);
+
 /// How a job runs: who watches it and how it is stopped. It never changes a result.
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
     cancel: Option<&'a CancelToken>,
     observer: Option<StageObserver<'a>>,
+    share: Option<ShareObserver<'a>>,
 }
 
 impl<'a> RunContext<'a> {
     /// Nobody watches and nobody stops it: tests and tools.
     pub const fn silent() -> RunContext<'static> {
-        RunContext { cancel: None, observer: None }
+        RunContext { cancel: None, observer: None, share: None }
     }
 
     /// A job that can be cancelled and reports its stages.
     pub fn new(cancel: &'a CancelToken, observer: StageObserver<'a>) -> Self {
-        Self { cancel: Some(cancel), observer: Some(observer) }
+        Self { cancel: Some(cancel), observer: Some(observer), share: None }
+    }
+
+    /// The same job, told how much of a stage is done where the stage knows it.
+    pub fn with_share(self, share: ShareObserver<'a>) -> Self {
+        Self { share: Some(share), ..self }
+    }
+
+    /// The same job where a part of the stage has no share to tell.
+    pub fn without_share(self) -> Self {
+        Self { share: None, ..self }
+    }
+
+    /// Tells the share of the stage that is done, 0 to 1.
+    pub fn done(&self, share: f64) {
+        if let Some(observer) = self.share {
+            observer(share);
+        }
     }
 
     /// Tells that a stage begins, and ends the job if it was cancelled.

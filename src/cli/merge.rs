@@ -23,6 +23,9 @@ stays. Writes the cloud (PLY with the metrics of each point and its view) and a 
 
 Prints a line a view, parted by tabs: file, `merged` or `left out`, then points read, masked, kept and in the cloud, or the reason.
 
+Points that memory has no room for are put away in a folder beside the cloud (merged.ply.unfinished) until it is written; the cloud is the same. A
+merge stopped by Ctrl-C leaves that folder, and the same command goes on with it.
+
 Exit status: 0 every view is in the cloud; 1 a view was left out; 2 nothing could be merged; 130 stopped by Ctrl-C.
 
 Examples:
@@ -34,7 +37,8 @@ pub(super) struct MergeArguments {
     /// The merged cloud, instead of the file that the settings name.
     #[arg(long, value_name = "FILE.ply")]
     out: Option<PathBuf>,
-    /// Memory that the points may take, such as 8GiB or 500MiB; a merge that needs more is refused.
+    /// Memory that the points may take, such as 8GiB or 500MiB [default: three quarters of what is free]; with more points, views are put away on
+    /// the disk beside the cloud meanwhile.
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     memory_limit: Option<u64>,
 }
@@ -71,9 +75,10 @@ pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Di
         out: arguments.out.clone(),
         memory_limit: arguments.memory_limit,
     };
-    let screen = Screen { manner, bar: Mutex::default() };
+    let screen = Screen { manner, bar: Mutex::default(), stage: Mutex::default() };
     let observe = |stage| screen.show(MergeEvent::Stage(stage));
-    let run = RunContext::new(&stop.after_part, &observe);
+    let share = |share| screen.done(share);
+    let run = RunContext::new(&stop.after_part, &observe).with_share(&share);
     let mut problems = Vec::new();
     let ended = merge_files(&request, &run, &mut problems, &|event| screen.show(event));
     screen.clear();
@@ -167,7 +172,12 @@ const LATER_STEPS: [(Stage, u64); 3] = [(Stage::Register, 4), (Stage::Merge, 2),
 struct Screen {
     manner: Manner,
     bar: Mutex<Option<(ProgressBar, String)>>,
+    /// Where the bar stood when merging began, once it has.
+    stage: Mutex<Option<u64>>,
 }
+
+/// Steps of the bar for a view.
+const VIEW: u64 = 100;
 
 impl Screen {
     fn show(&self, event: MergeEvent) {
@@ -183,10 +193,11 @@ impl Screen {
 
     fn begin_view(&self, index: usize, of: usize, name: &str) {
         let Ok(mut shown) = self.bar.lock() else { return };
-        let later: u64 = LATER_STEPS.iter().map(|(_, share)| of as u64 * share / 4 + 1).sum();
+        let of_views = of as u64 * VIEW;
+        let later: u64 = LATER_STEPS.iter().map(|(_, share)| of_views * share / 4 + 1).sum();
         let (bar, words) =
-            shown.get_or_insert_with(|| (terminal::bar(self.manner.quiet, Some(of as u64 + later)), String::new()));
-        bar.set_position(index as u64 - 1);
+            shown.get_or_insert_with(|| (terminal::bar(self.manner.quiet, Some(of_views + later)), String::new()));
+        bar.set_position((index as u64 - 1) * VIEW);
         *words = format!("view {index} of {of}, {name}");
         bar.set_message(words.clone());
         if index > 1 {
@@ -205,9 +216,21 @@ impl Screen {
                 _ => length / 10,
             };
             bar.set_position(length - left.min(length));
+            if let (Stage::Merge, Ok(mut begun)) = (stage, self.stage.lock()) {
+                *begun = Some(bar.position());
+            }
             return self.set(bar, words, stage);
         }
         bar.set_message(format!("{words}, {}", stage.words()));
+    }
+
+    /// The share of merging that is done; the rest of the bar but a tenth is its.
+    fn done(&self, share: f64) {
+        let (Ok(begun), Ok(shown)) = (self.stage.lock(), self.bar.lock()) else { return };
+        let (Some(begun), Some((bar, _))) = (*begun, shown.as_ref()) else { return };
+        let length = bar.length().unwrap_or(0);
+        let span = (length - length / 10).saturating_sub(begun);
+        bar.set_position(bar.position().max(begun + (share * span as f64) as u64));
     }
 
     fn set(&self, bar: &ProgressBar, words: &mut String, stage: Stage) {

@@ -7,18 +7,31 @@
 //! not depend on the order of views, on threads or on how space is cut into pieces. After the endoscope paper, section 6, whose own
 //! description leaves the order in which points are looked at open.
 //!
-//! **Way.** Cells as wide as the radius are cut into pieces of some ten thousand points. Each piece goes through its undecided points from the
-//! best to the worst. One without a better point in reach that survives or is still undecided survives, and drops all worse points in
-//! reach; else it waits for another piece. Decisions are final and each is right whenever it is made, so that pieces
-//! may run at the same time; rounds go on until nothing waits. The best undecided point of all never waits, so that every round
-//! decides something.
+//! **Way.** Space is cut into cells as wide as the radius, and these into tiles of up to 64 along a side (`binning`, `tile`). Each tile goes through
+//! its points from the best to the worst (`radix`). One without a better point in reach that is still undecided survives, and drops all
+//! worse points in reach; else it waits for another tile (`rounds`). Decisions are final and each is right whenever it is made, so that
+//! tiles may run at the same time; rounds go on until nothing waits. The best undecided point of all never waits, so that every round
+//! decides something. A tile keeps places in single precision, and computes again from the points themselves what that does not tell.
 
-use super::cells::{Around, Cells, TooManyCells};
+mod binning;
+mod points;
+mod radix;
+mod reach;
+mod rounds;
+mod space;
+mod tile;
+
+pub use points::Points;
+pub(super) use points::score_key;
+pub(super) use reach::{Field, Last, Reach};
+
+use super::cells::TooManyCells;
 use crate::geometry::Point3;
 use crate::run::{Cancelled, RunContext};
+use binning::{Binned, Frame};
+use points::Numbered;
 use rayon::prelude::*;
-use std::cmp::Ordering::{Equal, Greater, Less};
-use std::sync::atomic::{AtomicU8, Ordering};
+use rounds::Tiles;
 
 /// A point's place in the ranking.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,20 +48,12 @@ impl Rank {
     /// As numbers of which the smaller is better.
     #[cfg(test)]
     fn key(&self) -> (u64, u64) {
-        (self.score_key(), self.place())
+        (points::score_key(self.score), self.place())
     }
 
     /// View and index as one number.
     fn place(&self) -> u64 {
         (u64::from(self.view) << 32) | u64::from(self.index)
-    }
-
-    /// The score as a number of which the smaller is better.
-    fn score_key(&self) -> u64 {
-        // The order of bits is that of numbers, once negative ones are turned round; both zeros are one.
-        let bits = (self.score + 0.0).to_bits();
-        let rising = if bits >> 63 == 1 { !bits } else { bits | (1 << 63) };
-        if self.score.is_nan() { u64::MAX } else { !rising }
     }
 }
 
@@ -63,12 +68,9 @@ pub enum MergeError {
     Cancelled(#[from] Cancelled),
 }
 
-const UNDECIDED: u8 = 0;
-const SURVIVES: u8 = 1;
-const DROPPED: u8 = 2;
-
-/// Points of one piece, roughly.
-const PIECE_POINTS: usize = 1 << 15;
+/// Shares of the time after which points are told by tiles, and sorted in them.
+const BINNED: f64 = 0.2;
+const IN_TILES: f64 = 0.6;
 
 /// Indices of the points that survive, by view and index. `radius` is in the unit of the positions and above 0.
 ///
@@ -76,142 +78,78 @@ const PIECE_POINTS: usize = 1 << 15;
 /// Points that reach over more than two million radii, or the job was stopped.
 ///
 /// # Panics
-/// When there are not as many ranks as positions.
+/// When there are not as many ranks as positions, or more than 4 294 967 295.
 pub fn survivors(positions: &[Point3], ranks: &[Rank], radius: f64, run: &RunContext) -> Result<Vec<u32>, MergeError> {
     assert_eq!(positions.len(), ranks.len(), "a rank for every point");
-    let cells = Cells::new(positions, radius)?;
+    let order = (!ranks.is_sorted_by_key(Rank::place)).then(|| {
+        let mut order: Vec<u32> = (0..ranks.len() as u32).collect();
+        order.par_sort_by_key(|k| ranks[*k as usize].place());
+        order
+    });
+    let listed = Listed { positions, ranks, order };
+    let kept = survivors_of(&listed, radius, run)?;
+    Ok(kept.into_iter().map(|k| listed.index(k as usize) as u32).collect())
+}
+
+/// Numbers of the points that survive, rising; points are numbered through all parts. `radius` is in the unit of the positions and above 0.
+///
+/// # Errors
+/// Those of [`survivors`].
+///
+/// # Panics
+/// When there are more than 4 294 967 295 points.
+pub fn survivors_of<P: Points>(points: &P, radius: f64, run: &RunContext) -> Result<Vec<u32>, MergeError> {
+    in_tiles(points, radius, None, run)
+}
+
+/// With tiles of two to `bits` cells along a side.
+fn in_tiles<P: Points>(points: &P, radius: f64, bits: Option<u32>, run: &RunContext) -> Result<Vec<u32>, MergeError> {
+    let all = Numbered::new(points);
+    let frame = Frame::new(&all, radius, bits)?;
     run.check()?;
-    let scores: Vec<u64> = cells.order.par_iter().map(|k| ranks[*k as usize].score_key()).collect();
-    let states = states(scores.len());
-    let merge = Merge { cells: &cells, ranks, scores: &scores, states, radius_squared: radius * radius };
-    let mut pieces = merge.pieces();
-    while !pieces.is_empty() {
-        run.check()?;
-        pieces = pieces.into_par_iter().filter_map(|piece| merge.decide(piece)).collect();
-    }
-    let survives = |k: &usize| merge.states[*k].load(Ordering::Relaxed) == SURVIVES;
-    let mut kept: Vec<u32> = (0..scores.len()).into_par_iter().filter(survives).map(|k| cells.order[k]).collect();
-    let place = |k: &u32| (ranks[*k as usize].view, ranks[*k as usize].index);
-    kept.par_sort_unstable_by_key(place);
-    Ok(kept)
+    let binned = Binned::new(&all, &frame, run)?;
+    run.done(BINNED);
+    let tiles = Tiles::new(&all, &frame, binned, radius, run)?;
+    run.done(IN_TILES);
+    tiles.decide(run)?;
+    Ok(tiles.survivors())
 }
 
-fn states(count: usize) -> Vec<AtomicU8> {
-    (0..count).map(|_| AtomicU8::new(UNDECIDED)).collect()
-}
-
-/// Points of some neighbouring cells, with what lies around each cell.
-struct Piece {
-    /// The first of its points.
-    first: usize,
-    arounds: Vec<Around>,
-    /// Which of the arounds is that of each point's cell.
-    cell_of: Vec<u32>,
-    /// Points that are not decided yet, from the first one, the best first.
-    waiting: Vec<u32>,
-}
-
-struct Merge<'a> {
-    cells: &'a Cells,
+/// Points in one list, in the order of their views and indices or with that order beside them.
+struct Listed<'a> {
+    positions: &'a [Point3],
     ranks: &'a [Rank],
-    /// Of each point, in the order of the cells; smaller is better.
-    scores: &'a [u64],
-    states: Vec<AtomicU8>,
-    radius_squared: f64,
+    order: Option<Vec<u32>>,
 }
 
-impl Merge<'_> {
-    fn pieces(&self) -> Vec<Piece> {
-        let mut firsts = Vec::new();
-        let mut begun = 0;
-        for cell in 0..self.cells.len() {
-            if cell == 0 || self.cells.points(cell).start - begun >= PIECE_POINTS {
-                begun = self.cells.points(cell).start;
-                firsts.push(cell);
-            }
-        }
-        let ends = firsts.iter().skip(1).copied().chain([self.cells.len()]);
-        let ranges: Vec<(usize, usize)> = firsts.iter().copied().zip(ends).collect();
-        ranges.into_par_iter().map(|(from, to)| self.piece(from, to)).collect()
+impl Listed<'_> {
+    fn index(&self, k: usize) -> usize {
+        self.order.as_ref().map_or(k, |order| order[k] as usize)
+    }
+}
+
+impl Points for Listed<'_> {
+    fn parts(&self) -> usize {
+        1
     }
 
-    fn piece(&self, from: usize, to: usize) -> Piece {
-        let (first, end) = (self.cells.points(from).start, self.cells.points(to - 1).end);
-        let mut arounds = Vec::with_capacity(to - from);
-        let mut cell_of = Vec::with_capacity(end - first);
-        for (cell, around) in self.cells.walk(from).take(to - from) {
-            cell_of.resize(self.cells.points(cell).end - first, arounds.len() as u32);
-            arounds.push(around);
-        }
-        Piece { first, arounds, cell_of, waiting: self.by_rank(first, end) }
+    fn count(&self, _: usize) -> usize {
+        self.positions.len()
     }
 
-    /// Points of a range from its first one on, the best first. Most of the order is told by the upper bits of the scores, which are sorted with the
-    /// points as one number; only scores that are equal in them (which of single precision means equal) are looked at whole.
-    fn by_rank(&self, first: usize, end: usize) -> Vec<u32> {
-        let bits = u64::BITS - ((end - first) as u64).leading_zeros();
-        let (upper, lower) = (!0 << bits, !(!0 << bits));
-        let tag = |k: usize| (self.scores[k] & upper) | (k - first) as u64;
-        let mut tagged: Vec<u64> = (first..end).map(tag).collect();
-        tagged.sort_unstable();
-        let key = |tag: &u64| {
-            let k = first + (tag & lower) as usize;
-            (self.scores[k], self.place(k))
-        };
-        let alike = tagged.chunk_by_mut(|a, b| a & upper == b & upper);
-        alike.filter(|run| run.len() > 1).for_each(|run| run.sort_unstable_by_key(key));
-        tagged.into_iter().map(|tag| (tag & lower) as u32).collect()
+    fn position(&self, _: usize, index: usize) -> Point3 {
+        self.positions[self.index(index)]
     }
 
-    /// Decides what can be decided of a piece; what is left of it, if anything.
-    fn decide(&self, mut piece: Piece) -> Option<Piece> {
-        let mut worse = Vec::new();
-        let Piece { first, arounds, cell_of, waiting } = &mut piece;
-        waiting.retain(|k| {
-            let around = &arounds[cell_of[*k as usize] as usize];
-            !self.is_decided(*first + *k as usize, around, &mut worse)
-        });
-        (!piece.waiting.is_empty()).then_some(piece)
-    }
-
-    /// View and index of a point: of equal scores the lower one is better.
-    fn place(&self, k: usize) -> u64 {
-        self.ranks[self.cells.order[k] as usize].place()
-    }
-
-    /// Whether a point is decided, now if it was not before. One that survives drops all worse ones in reach, so that only few points ever
-    /// look around. States are written once and never back: whoever reads an old one waits for no reason, and that is all.
-    fn is_decided(&self, k: usize, around: &Around, worse: &mut Vec<usize>) -> bool {
-        if self.states[k].load(Ordering::Relaxed) != UNDECIDED {
-            return true;
-        }
-        worse.clear();
-        let (at, score) = (self.cells.positions[k], self.scores[k]);
-        for j in around.points() {
-            let state = self.states[j].load(Ordering::Relaxed);
-            if state == DROPPED || (self.cells.positions[j] - at).norm_squared() > self.radius_squared || j == k {
-                continue;
-            }
-            let order = self.scores[j].cmp(&score).then_with(|| self.place(j).cmp(&self.place(k)));
-            match (order, state) {
-                (Greater, _) => worse.push(j),
-                (Equal, _) => {}
-                (Less, SURVIVES) => {
-                    self.states[k].store(DROPPED, Ordering::Relaxed);
-                    return true;
-                }
-                (Less, _) => return false,
-            }
-        }
-        self.states[k].store(SURVIVES, Ordering::Relaxed);
-        worse.iter().for_each(|j| self.states[*j].store(DROPPED, Ordering::Relaxed));
-        true
+    fn score(&self, _: usize, index: usize) -> f64 {
+        self.ranks[self.index(index)].score
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stitch::cells::Cells;
     use crate::stitch::test_points::scattered;
     use rand::seq::SliceRandom;
     use rand::{RngExt, SeedableRng};
@@ -306,6 +244,33 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let again = pool.install(|| survivors(&shuffled, &shuffled_ranks, 0.9, &RunContext::silent()).unwrap());
             assert_eq!(names(&again, &shuffled_ranks), first, "{threads} threads");
+        }
+    }
+
+    /// From tiles of one cell to one tile of all.
+    #[test]
+    fn the_size_of_tiles_changes_nothing() {
+        for (seed, size) in [(7, [30.0, 20.0, 6.0]), (8, [90.0, 60.0, 0.2])] {
+            let points = scattered(6000, seed, size);
+            for ranks in judged(&points) {
+                let listed = Listed { positions: &points, ranks: &ranks, order: None };
+                let kept = |bits| in_tiles(&listed, 1.7, bits, &RunContext::silent()).unwrap();
+                let one = kept(None);
+                (0..=6).for_each(|bits| assert_eq!(kept(Some(bits)), one, "{bits} bits"));
+            }
+        }
+    }
+
+    /// A grid of the radius itself, turned and far out: whether neighbours are in reach hangs on the last digits, and what is computed from the
+    /// points decides.
+    #[test]
+    fn points_at_the_very_radius_are_told_by_their_own_digits() {
+        let turn = nalgebra::Rotation3::new(crate::geometry::Vector3::new(0.4, -0.3, 0.9));
+        let grid = (0..40).flat_map(|x| (0..30).map(move |y| Point3::new(0.1 * f64::from(x), 0.1 * f64::from(y), 0.0)));
+        let points: Vec<Point3> = grid.map(|p| turn * p + crate::geometry::Vector3::new(7e3, -2e3, 30.0)).collect();
+        for ranks in judged(&points) {
+            let found = survivors(&points, &ranks, 0.1, &RunContext::silent()).unwrap();
+            assert_eq!(found, by_definition(&points, &ranks, 0.1));
         }
     }
 

@@ -53,6 +53,11 @@ impl Around {
     }
 }
 
+/// Whether cells of a side can be numbered over an extent.
+pub(super) fn check_extent(extent: f64, side: f64) -> Result<(), TooManyCells> {
+    if extent / side >= AXIS_CELLS - 1.0 { Err(TooManyCells { extent, cell: side }) } else { Ok(()) }
+}
+
 impl Cells {
     /// Sorts points into cells of that side. Within a cell they stay in the order given.
     ///
@@ -65,9 +70,7 @@ impl Cells {
             .map(|chunk| chunk.iter().fold(none, |(low, high), p| (low.inf(p), high.sup(p))))
             .reduce(|| none, |a, b| (a.0.inf(&b.0), a.1.sup(&b.1)));
         let extent = if positions.is_empty() { 0.0 } else { (high - low).max() };
-        if extent / side >= AXIS_CELLS - 1.0 {
-            return Err(TooManyCells { extent, cell: side });
-        }
+        check_extent(extent, side)?;
         let cell = |p: &Point3| -> [u64; 3] { std::array::from_fn(|k| ((p[k] - low[k]) / side) as u64 + 1) };
         let last = if positions.is_empty() { [1; 3] } else { cell(&high) };
         let (order, keys, starts) = sorted(positions, cell, last);

@@ -9,6 +9,7 @@
 //! are in the unit of the views throughout, which `MERGE.toml` names.
 
 pub mod adaptive;
+mod bands;
 pub mod calibration;
 mod calibration_file;
 pub mod cells;
@@ -17,6 +18,7 @@ pub mod condition;
 mod fault;
 pub mod feature;
 pub mod intake;
+mod judged;
 pub mod mask;
 pub mod mask_study;
 pub mod merging;
@@ -28,6 +30,7 @@ pub mod place;
 mod pose_file;
 pub mod register;
 pub mod result;
+mod shelf;
 pub mod spacing;
 #[cfg(test)]
 mod test_points;
@@ -36,16 +39,18 @@ pub mod view;
 pub mod voxel;
 pub mod wear;
 
-pub use adaptive::{MergeError, Rank, survivors};
+pub use adaptive::{MergeError, Points, Rank, survivors, survivors_of};
+pub use bands::Room;
 pub use calibration_file::calibration;
 pub use columns::{Tools, wanted};
 pub use condition::{Conditioned, PointCounts, condition};
 pub use fault::StitchError;
 pub use intake::{Measured, measured};
 pub use mask::Mask;
-pub use merging::{Merged, merge};
+pub use merging::{Merged, merge, merge_from};
 pub use metric::{Better, Metric};
-pub use place::{NoStart, Outcome, PlacedViews, Ready, place};
+pub use place::{NoStart, Outcome, PlacedViews, Ready, place, place_from};
 pub use pose_file::poses;
 pub use result::{FileIdentity, MergeIdentity, MergeResult, ViewEnd, ViewFile};
+pub use shelf::{Shelf, ViewFacts};
 pub use view::View;

@@ -1,9 +1,9 @@
 //! Where the views lie: their poses before, refined by registration.
 
 use super::condition::{Conditioned, PointCounts};
-use super::register::{Options, Prior, RegisterError, Registration, ViewOutcome, register};
-use super::spacing::grid_distance;
-use super::units::{check_poses, size};
+use super::register::{Options, Prior, RegisterError, Registration, ViewOutcome, register_from};
+use super::shelf::{InMemory, Shelf, ViewFacts};
+use super::units::check_poses;
 use super::{StitchError, View};
 use crate::diagnostic::Diagnostic;
 use crate::fit::robust::median;
@@ -92,8 +92,27 @@ const LEAST_VIEWS: usize = 2;
 /// Fewer than two views have a place, poses that unit mistakes would make, or the job was stopped.
 pub fn place(plan: &MergePlan, mut ready: Vec<Ready>, run: &RunContext) -> Result<PlacedViews, StitchError> {
     ready.sort_by_key(|view| view.index);
-    let sizes: Vec<f64> = ready.iter().map(|view| size(&view.conditioned.view.positions)).collect();
-    let mut warnings = check_poses(plan, &ready, &sizes)?;
+    let facts = ready.iter().map(|one| ViewFacts::new(&one.conditioned.view, run));
+    let facts: Vec<ViewFacts> = facts.collect::<Result<_, StitchError>>()?;
+    place_from(plan, ready, &facts, None, run)
+}
+
+/// The same of views in the order of names whose facts are known. Where there is a shelf, their points lie there, in this order.
+///
+/// # Errors
+/// Those of [`place`], and those of the shelf.
+///
+/// # Panics
+/// When there are not as many facts as views.
+pub fn place_from(
+    plan: &MergePlan,
+    ready: Vec<Ready>,
+    facts: &[ViewFacts],
+    shelf: Option<&dyn Shelf>,
+    run: &RunContext,
+) -> Result<PlacedViews, StitchError> {
+    assert_eq!(ready.len(), facts.len(), "facts of every view");
+    let mut warnings = check_poses(plan, &ready, facts)?;
     run.enter(Stage::Register)?;
     let (mut views, mut indices, mut counts, mut starts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for one in ready {
@@ -102,56 +121,50 @@ pub fn place(plan: &MergePlan, mut ready: Vec<Ready>, run: &RunContext) -> Resul
         counts.push(one.conditioned.counts);
         starts.push(one.start);
     }
-    let grids = grid_distances(&views, run)?;
+    let sizes: Vec<f64> = facts.iter().map(|facts| facts.size).collect();
     let (outcomes, registration) = if plan.registration.enabled {
-        refined(plan, &views, &starts, &sizes, run)?
+        let in_memory = InMemory(&views);
+        refined(plan, &views, shelf.unwrap_or(&in_memory), &starts, &sizes, run)?
     } else {
-        (as_before(plan, &views, &starts, &grids), None)
+        (as_before(plan, &counts, &starts, facts), None)
     };
     warnings.extend(registration.as_ref().and_then(weak_words));
     let placed: Vec<usize> = (0..views.len()).filter(|k| outcomes[*k].world_from_view().is_some()).collect();
     if placed.len() < LEAST_VIEWS {
         return Err(too_few(plan, &views, &outcomes).into());
     }
-    let of_placed = |values: &[f64]| {
-        let mut values: Vec<f64> = placed.iter().map(|k| values[*k]).collect();
+    let of_placed = |value: fn(&ViewFacts) -> f64| {
+        let mut values: Vec<f64> = placed.iter().map(|k| value(&facts[*k])).collect();
         median(&mut values).unwrap_or(f64::NAN)
     };
-    let (d_grid, size) = (of_placed(&grids), of_placed(&sizes));
+    let (d_grid, size) = (of_placed(|facts| facts.d_grid.unwrap_or(f64::NAN)), of_placed(|facts| facts.size));
     Ok(PlacedViews { views, indices, counts, outcomes, registration, d_grid, size, warnings })
 }
 
-/// d_grid of each view; no number where it has too few points.
-fn grid_distances(views: &[View], run: &RunContext) -> Result<Vec<f64>, StitchError> {
-    let of_view = |view: &View| {
-        run.check()?;
-        let found = grid_distance(&view.positions).map_err(|e| {
-            let help = "points far outside reach over too much: mask them, or ask for [noise]";
-            Diagnostic::error(format!("{}: {e}", view.name)).with_help(help)
-        })?;
-        Ok(found.unwrap_or(f64::NAN))
-    };
-    views.iter().map(of_view).collect()
-}
-
 /// The poses before: registration is off.
-fn as_before(plan: &MergePlan, views: &[View], starts: &[Result<Isometry3, NoStart>], grids: &[f64]) -> Vec<Outcome> {
+fn as_before(
+    plan: &MergePlan,
+    counts: &[PointCounts],
+    starts: &[Result<Isometry3, NoStart>],
+    facts: &[ViewFacts],
+) -> Vec<Outcome> {
     let outcome = |k: usize| match &starts[k] {
-        _ if grids[k].is_nan() => {
-            Outcome::LeftOut(format!("its {} points are too few, or in one place", views[k].positions.len()))
+        _ if facts[k].d_grid.is_none() => {
+            Outcome::LeftOut(format!("its {} points are too few, or in one place", counts[k].points_kept))
         }
         Ok(pose) => Outcome::Placed(*pose),
         Err(NoStart::Refused(why)) => Outcome::LeftOut(why.clone()),
         Err(NoStart::Unknown) if plan.views.prealign == Prealign::None => Outcome::Placed(Isometry3::identity()),
         Err(NoStart::Unknown) => Outcome::LeftOut("nothing is known of its pose".to_owned()),
     };
-    (0..views.len()).map(outcome).collect()
+    (0..counts.len()).map(outcome).collect()
 }
 
 /// Poses by registration, which begins at those before.
 fn refined(
     plan: &MergePlan,
     views: &[View],
+    shelf: &dyn Shelf,
     starts: &[Result<Isometry3, NoStart>],
     sizes: &[f64],
     run: &RunContext,
@@ -164,8 +177,9 @@ fn refined(
         Some(Prior { world_from_view, translation_sigma, rotation_sigma_rad })
     };
     let priors: Vec<Option<Prior>> = starts.iter().map(prior).collect();
-    let registration = register(views, &priors, &Options::default(), run).map_err(|error| match error {
+    let registration = register_from(views, shelf, &priors, &Options::default(), run).map_err(|error| match error {
         RegisterError::Cancelled(cancelled) => StitchError::Cancelled(cancelled),
+        RegisterError::NotFetched(fault) => *fault,
         fault => {
             let help =
                 "check the views and the poses; with `enabled = false` in [registration] they are taken as they are";

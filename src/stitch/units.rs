@@ -3,6 +3,7 @@
 use super::StitchError;
 use super::calibration::Calibration;
 use super::place::Ready;
+use super::shelf::ViewFacts;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point3;
 use crate::io::unit_guard::robust_diagonal_mm;
@@ -95,13 +96,10 @@ pub fn check_calibration(
 }
 
 /// Holds the poses against the views' size; also what is odd about them.
-pub(super) fn check_poses(plan: &MergePlan, ready: &[Ready], sizes: &[f64]) -> Result<Vec<String>, StitchError> {
+pub(super) fn check_poses(plan: &MergePlan, ready: &[Ready], facts: &[ViewFacts]) -> Result<Vec<String>, StitchError> {
     let Prealign::Poses(file) = &plan.views.prealign else { return Ok(Vec::new()) };
-    let known = |(view, size): (&Ready, &f64)| {
-        let middle = middle(&view.conditioned.view.positions)?;
-        Some((view.start.as_ref().ok()? * middle, *size))
-    };
-    let middles: Vec<(Point3, f64)> = ready.iter().zip(sizes).filter_map(known).collect();
+    let known = |(view, facts): (&Ready, &ViewFacts)| Some((view.start.as_ref().ok()? * facts.middle?, facts.size));
+    let middles: Vec<(Point3, f64)> = ready.iter().zip(facts).filter_map(known).collect();
     let count = middles.len() as f64;
     if middles.len() < 2 {
         return Ok(Vec::new());
@@ -130,10 +128,6 @@ pub(super) fn check_poses(plan: &MergePlan, ready: &[Ready], sizes: &[f64]) -> R
         )
     };
     Ok(odd.then(words).into_iter().collect())
-}
-
-fn middle(points: &[Point3]) -> Option<Point3> {
-    crate::geometry::Aabb::of_points(points).map(|bounds| bounds.centre())
 }
 
 fn size_of(points: impl Iterator<Item = Point3>) -> f64 {

@@ -386,7 +386,7 @@ fn what_cannot_be_merged_is_told_with_place_and_help_and_leaves_no_file() {
     for (what, fault, words) in faults {
         let views = Views::new();
         fault(&views);
-        let limit = if what == "too little memory" { "1MiB" } else { "1GiB" };
+        let limit = if what == "too little memory" { "100KiB" } else { "1GiB" };
         let ran = views.run(&["--memory-limit", limit]);
         ran.assert_ended(2, &["error: ", "help: "]);
         for word in words {

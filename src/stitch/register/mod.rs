@@ -30,7 +30,7 @@ mod synthetic_tests;
 mod verdict;
 mod weak;
 
-pub use pipeline::register;
+pub use pipeline::{register, register_from};
 pub use result::{Cycle, Gauge, LeftOut, Pair, PairState, Placed, RegisterError, Registration, ViewOutcome, Weak};
 
 use crate::geometry::Isometry3;

@@ -12,6 +12,7 @@ use super::{Options, Prior};
 use crate::geometry::{Isometry3, Point3};
 use crate::run::{Cancelled, RunContext};
 use crate::stitch::View;
+use crate::stitch::shelf::{InMemory, Shelf};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,6 +52,20 @@ pub fn register(
     options: &Options,
     run: &RunContext,
 ) -> Result<Registration, RegisterError> {
+    register_from(views, &InMemory(views), priors, options, run)
+}
+
+/// The same of views whose points lie on a shelf: of `views` only names and sensors are asked for.
+///
+/// # Errors
+/// Those of [`register`], and those of the shelf.
+pub fn register_from(
+    views: &[View],
+    shelf: &dyn Shelf,
+    priors: &[Option<Prior>],
+    options: &Options,
+    run: &RunContext,
+) -> Result<Registration, RegisterError> {
     check(views, priors, options)?;
     let mut order: Vec<usize> = (0..views.len()).collect();
     order.sort_by(|a, b| views[*a].name.cmp(&views[*b].name).then(a.cmp(b)));
@@ -65,7 +80,7 @@ pub fn register(
         options: *options,
         run: *run,
     };
-    work.lay_surfaces()?;
+    work.lay_surfaces(shelf, &order)?;
     work.try_neighbours()?;
     work.search_unknown()?;
     work.connect();
@@ -98,10 +113,6 @@ fn check(views: &[View], priors: &[Option<Prior>], options: &Options) -> Result<
     }
     for (view, prior) in views.iter().zip(priors) {
         let name = || view.name.clone();
-        let finite = |p: &Point3| p.coords.iter().all(|c| c.is_finite());
-        if let Some(index) = view.positions.iter().position(|p| !finite(p)) {
-            return Err(RegisterError::NotFinite { name: name(), index });
-        }
         let Some(prior) = prior else { continue };
         let (pose, shift, turn) = (prior.world_from_view, prior.translation_sigma, prior.rotation_sigma_rad);
         let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
@@ -125,10 +136,19 @@ fn hold_first(poses: &mut [Isometry3]) {
 }
 
 impl Work<'_> {
-    fn lay_surfaces(&mut self) -> Result<(), RegisterError> {
-        let lay = |view: &&View| Surface::new(view, self.options.d_grid, &self.run);
-        let laid: Vec<Result<Surface, NoSurface>> = self.views.par_iter().map(lay).collect();
+    /// `order`: of each view its place on the shelf.
+    fn lay_surfaces(&mut self, shelf: &dyn Shelf, order: &[usize]) -> Result<(), RegisterError> {
+        let finite = |p: &Point3| p.coords.iter().all(|c| c.is_finite());
+        let lay = |place: &usize| {
+            let view = shelf.view(*place).map_err(|fault| RegisterError::NotFetched(Box::new(fault)))?;
+            if let Some(index) = view.positions.iter().position(|p| !finite(p)) {
+                return Err(RegisterError::NotFinite { name: view.name.clone(), index });
+            }
+            Ok(Surface::new(&view, self.options.d_grid, &self.run))
+        };
+        let laid: Vec<Result<Result<Surface, NoSurface>, RegisterError>> = order.par_iter().map(lay).collect();
         for (k, laid) in laid.into_iter().enumerate() {
+            let laid = laid?;
             let name = || self.views[k].name.clone();
             match laid {
                 Ok(surface) => self.surfaces.push(Some(surface)),

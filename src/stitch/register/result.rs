@@ -2,6 +2,7 @@
 
 use crate::geometry::{Isometry3, Point3};
 use crate::run::Cancelled;
+use crate::stitch::StitchError;
 use nalgebra::Matrix6;
 
 /// All views placed or left out, and how well it fits.
@@ -209,6 +210,9 @@ pub enum RegisterError {
         /// What was found.
         message: String,
     },
+    /// A view's points cannot be fetched.
+    #[error("{0}")]
+    NotFetched(Box<StitchError>),
     /// Somebody stopped it.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

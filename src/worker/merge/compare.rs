@@ -1,5 +1,6 @@
 //! What a merge tells beside its cloud: features before and after, and the difference to an earlier cloud.
 
+use super::away::Away;
 use super::files::name_of;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point3;
@@ -10,18 +11,19 @@ use crate::run::RunContext;
 use crate::stitch::feature::fit_feature;
 use crate::stitch::merging::together;
 use crate::stitch::wear::{NewCloud, OldCloud, Wear, WearError, compare};
-use crate::stitch::{MergeResult, StitchError};
+use crate::stitch::{MergeResult, Shelf, StitchError};
 
 /// The features that the settings name, fitted to all placed points and to the merged cloud.
 pub(super) fn features(
     plan: &MergePlan,
     result: &MergeResult,
+    away: &Away,
     run: &RunContext,
 ) -> Result<Vec<FeatureRow>, StitchError> {
     if plan.features.is_empty() {
         return Ok(Vec::new());
     }
-    let before = together(&result.placed).positions;
+    let before = before(result, away, run)?;
     let mut rows = Vec::new();
     for feature in &plan.features {
         run.check()?;
@@ -29,11 +31,28 @@ pub(super) fn features(
         rows.push(FeatureRow {
             name: feature.name.clone(),
             certified: feature.radius.map(|radius| (radius, feature.radius_u)),
-            before: fit(&before),
+            before: before.as_ref().map_err(String::clone).and_then(|points| fit(points)),
             after: fit(&result.merged.positions),
         });
     }
     Ok(rows)
+}
+
+/// All points of the placed views, world frame; or why they are not had.
+fn before(result: &MergeResult, away: &Away, run: &RunContext) -> Result<Result<Vec<Point3>, String>, StitchError> {
+    if !away.is_begun() {
+        return Ok(Ok(together(&result.placed).positions));
+    }
+    let points = result.merged.points_in;
+    if !away.has_room_for(points) {
+        return Ok(Err(format!("{points} points take more memory than the limit allows for a fit")));
+    }
+    let shelf = away.shelf(run);
+    let mut positions = Vec::with_capacity(points);
+    for (k, _, world_from_view) in result.placed.merged() {
+        positions.extend(shelf.view(k)?.positions.iter().map(|p| world_from_view * p));
+    }
+    Ok(Ok(positions))
 }
 
 /// The difference to the earlier cloud that the settings name.

@@ -101,19 +101,21 @@ pub(super) fn read_view(
     path: &Path,
     run: &RunContext,
 ) -> (Option<String>, Result<Measured, StitchError>) {
-    let bytes = match io::read_file_while(path, run) {
-        Ok(bytes) => bytes,
-        Err(error) => return (None, Err(error.into())),
-    };
-    let sha256 = match io::sha256_of(&bytes, run) {
-        Ok(sha256) => sha256,
-        Err(cancelled) => return (None, Err(cancelled.into())),
-    };
-    let read = || -> Result<Measured, StitchError> {
-        let cloud = io::read_cloud_in_its_unit(&bytes, path, plan.unit, run)?;
-        Ok(measured(cloud, &name_of(path), plan.views.sensor).map_err(|fault| fault.in_file(path))?)
-    };
-    (Some(sha256), read())
+    match read_bytes(path, run) {
+        Ok((bytes, sha256)) => (Some(sha256), measure(plan, path, &bytes, run)),
+        Err(fault) => (None, Err(fault)),
+    }
+}
+
+/// A view's file with its hash.
+pub(super) fn read_bytes(path: &Path, run: &RunContext) -> Result<(Vec<u8>, String), StitchError> {
+    Ok(read_named(path, run)?)
+}
+
+/// What a view's file holds.
+pub(super) fn measure(plan: &MergePlan, path: &Path, bytes: &[u8], run: &RunContext) -> Result<Measured, StitchError> {
+    let cloud = io::read_cloud_in_its_unit(bytes, path, plan.unit, run)?;
+    Ok(measured(cloud, &name_of(path), plan.views.sensor).map_err(|fault| fault.in_file(path))?)
 }
 
 /// A small file that the settings name, with its hash.

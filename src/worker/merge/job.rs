@@ -1,6 +1,7 @@
 //! `shapeline merge`: settings to files.
 
-use super::{MergeEvent, Place, compare, merge_folder};
+use super::away::{Away, usual_limit};
+use super::{MergeEvent, Place, compare, merge_beside};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::plan::merge::{self, MergePlan, ViewsOf};
 use crate::report::{MergeExtras, atomic, merge_json, merge_pages, merge_ply};
@@ -15,7 +16,7 @@ pub struct MergeRequest {
     pub plan_path: PathBuf,
     /// The merged cloud, instead of the file that the settings name.
     pub out: Option<PathBuf>,
-    /// Bytes that the points may take.
+    /// Bytes that the points may take, else three quarters of what the system has free; beyond, views are put away on the disk.
     pub memory_limit: Option<u64>,
 }
 
@@ -57,10 +58,44 @@ pub fn merge_files(
     if let Some(pdf) = &pdf {
         check_outputs(&cloud, pdf)?;
     }
-    let place = Place { memory_limit: request.memory_limit, ..Place::default() };
-    let result = merge_folder(&plan, &place, run, tell)?;
-    let extras =
-        MergeExtras { features: compare::features(&plan, &result, run)?, wear: compare::wear(&plan, &result, run)? };
+    let limit = request.memory_limit.or_else(usual_limit).unwrap_or(u64::MAX);
+    let mut away = Away::new(&cloud, limit);
+    let before = away.folder().is_dir();
+    let ended = make(plan, [cloud, report], pdf, &mut away, run, tell);
+    if let Err(StitchError::Cancelled(cancelled)) = ended {
+        if away.is_begun() {
+            let message = format!("stopped with {} views ready, which the same command goes on with", away.len());
+            problems.push(note(message, &away, "run it again, or delete the folder"));
+        }
+        return Err(Some(cancelled.into()));
+    }
+    if before && away.found > 0 {
+        problems.push(note(format!("went on with {} views that a run before had made ready", away.found), &away, ""));
+    } else if before {
+        let message = "what a run before had left is of other settings or views: begun again".to_owned();
+        problems.push(note(message, &away, ""));
+    }
+    away.remove();
+    Ok(ended?)
+}
+
+fn note(message: String, away: &Away, help: &str) -> Diagnostic {
+    let note = Diagnostic { severity: Severity::Warning, ..Diagnostic::error(message).in_file(away.folder()) };
+    if help.is_empty() { note } else { note.with_help(help) }
+}
+
+/// From the views to the files.
+fn make(
+    plan: MergePlan,
+    [cloud, report]: [PathBuf; 2],
+    pdf: Option<PathBuf>,
+    away: &mut Away,
+    run: &RunContext,
+    tell: &(dyn Fn(MergeEvent) + Sync),
+) -> Result<MergeJob, StitchError> {
+    let result = merge_beside(&plan, &Place::default(), Some(away), run, tell)?;
+    let features = compare::features(&plan, &result, away, run)?;
+    let extras = MergeExtras { features, wear: compare::wear(&plan, &result, run)? };
     let job = MergeJob { plan, result, cloud, report, pdf, extras };
     write(&job, run)?;
     Ok(job)

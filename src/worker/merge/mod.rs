@@ -1,13 +1,16 @@
 //! `MERGE.toml` and a folder of views to one cloud: the files around `stitch`.
 
+mod away;
 mod by_cad;
 mod compare;
 mod files;
 mod job;
 pub mod part_folder;
+mod stored;
 mod study;
 #[cfg(test)]
 mod tests;
+mod views;
 
 pub use job::{MergeJob, MergeRequest, merge_files};
 pub use study::{MaskStudyJob, study_masks};
@@ -19,11 +22,13 @@ use crate::plan::merge::{MergePlan, NamedFile, Prealign};
 use crate::run::{RunContext, Stage};
 use crate::stitch::units::check_calibration;
 use crate::stitch::{
-    Conditioned, FileIdentity, MergeIdentity, MergeResult, NoStart, Ready, StitchError, Tools, ViewEnd, ViewFile,
-    calibration, condition, merge, place, poses, wanted,
+    Conditioned, FileIdentity, MergeIdentity, MergeResult, NoStart, StitchError, Tools, ViewEnd, ViewFile, calibration,
+    poses, wanted,
 };
-use files::{list_views, name_of, read_named, read_view};
+use away::Away;
+use files::{list_views, name_of, read_named};
 use std::path::{Path, PathBuf};
+use views::Views;
 
 /// What a merge tells while it runs.
 #[derive(Debug, Clone)]
@@ -43,13 +48,11 @@ pub enum MergeEvent {
     Stage(Stage),
 }
 
-/// Where the views of a merge lie and how much memory they may take.
+/// Where the views of a merge lie.
 #[derive(Debug, Clone, Default)]
 pub struct Place {
     /// The views' folder, where it is not the one that the settings name: a part's.
     pub folder: Option<PathBuf>,
-    /// Bytes that the points may take.
-    pub memory_limit: Option<u64>,
     /// A view whose file ends in the middle is no reason to go on without it: its rest may come.
     pub wait_for_rest: bool,
 }
@@ -65,29 +68,33 @@ pub fn merge_folder(
     run: &RunContext,
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<MergeResult, StitchError> {
+    merge_beside(plan, whose, None, run, tell)
+}
+
+/// The same with a place for views that have no room in memory.
+fn merge_beside(
+    plan: &MergePlan,
+    whose: &Place,
+    mut away: Option<&mut Away>,
+    run: &RunContext,
+    tell: &(dyn Fn(MergeEvent) + Sync),
+) -> Result<MergeResult, StitchError> {
     let folder = whose.folder.as_deref().unwrap_or(&plan.views.folder.path);
     let paths = list_views(plan, folder, 2)?;
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
     let around = Around::read(plan, whose, &names, run)?;
+    if let Some(away) = &mut away {
+        away.set_settings(&around.identity);
+    }
+    let mut views = Views { plan, around: &around, away, ready: Vec::new(), facts: Vec::new(), hashes: Vec::new() };
     let wanted = wanted(plan);
-    let (mut files, mut ready, mut faults) = (Vec::new(), Vec::new(), Vec::new());
-    let mut points = 0;
+    let (mut files, mut faults) = (Vec::new(), Vec::new());
     for (index, path) in paths.iter().enumerate() {
         tell(MergeEvent::View { index: index + 1, of: paths.len(), name: names[index].clone() });
         run.enter(Stage::Read)?;
-        let (sha256, read) = read_view(plan, path, run);
-        if let Ok(measured) = &read {
-            around.check_units(plan, &measured.view.positions)?;
-        }
-        let conditioned = read.and_then(|measured| condition(plan, &around.tools, measured, &wanted, run));
-        let end = match conditioned {
-            Ok(conditioned) => {
-                points += conditioned.view.positions.len() as u64;
-                within_memory(plan, points, whose.memory_limit)?;
-                let start = around.start(plan, index, &conditioned, run)?;
-                ready.push(Ready { index, conditioned, start });
-                ViewEnd::Ready(ready.len() - 1)
-            }
+        let (sha256, added) = views.add(index, path, &wanted, run)?;
+        let end = match added {
+            Ok(()) => ViewEnd::Ready(views.ready.len() - 1),
             Err(StitchError::CutOff(fault)) if whose.wait_for_rest => return Err(StitchError::CutOff(fault)),
             Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => {
                 let why = ViewEnd::Unusable(in_one_line(&fault));
@@ -98,12 +105,11 @@ pub fn merge_folder(
         };
         files.push(ViewFile { name: names[index].clone(), sha256, end });
     }
-    if let (true, Some(fault)) = (ready.len() < 2, faults.first()) {
+    if let (true, Some(fault)) = (views.ready.len() < 2, faults.first()) {
         return Err(none_left(fault, faults.len(), paths.len()).into());
     }
     faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
-    let placed = place(plan, ready, run)?;
-    let merged = merge(plan, &placed, run)?;
+    let (placed, merged) = views.merged(run)?;
     Ok(MergeResult { identity: around.identity, files, placed, merged })
 }
 
@@ -121,22 +127,6 @@ fn in_one_line(fault: &Diagnostic) -> String {
 fn none_left(fault: &Diagnostic, unusable: usize, of: usize) -> Diagnostic {
     let more = if unusable > 1 { format!("; {unusable} of {of} views cannot be used") } else { String::new() };
     Diagnostic { message: format!("{}{more}, expected two or more that can be merged", fault.message), ..fault.clone() }
-}
-
-/// Bytes that a point takes while points are merged: its place twice, rank, key, cell and columns.
-const BYTES_A_POINT: u64 = 200;
-
-fn within_memory(plan: &MergePlan, points: u64, limit: Option<u64>) -> Result<(), StitchError> {
-    let needed = points * BYTES_A_POINT;
-    let Some(limit) = limit.filter(|limit| needed > *limit) else { return Ok(()) };
-    let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
-    let message = format!(
-        "{points} points, with more views to come or not, take about {:.2} GiB to merge, more than the limit of {:.2} GiB",
-        gib(needed),
-        gib(limit)
-    );
-    let help = "raise --memory-limit, tighten [mask], ask for [density], or merge the views in parts";
-    Err(Diagnostic::error(message).in_file(&plan.path).with_help(help).into())
 }
 
 /// What views are merged with: poses, calibration, CAD.

@@ -76,7 +76,7 @@ pub fn cloud(
     wait_for_rest: bool,
     run: &RunContext,
 ) -> Result<(PointCloud, Vec<String>), StitchError> {
-    let place = Place { folder: Some(folder.to_path_buf()), memory_limit: None, wait_for_rest };
+    let place = Place { folder: Some(folder.to_path_buf()), wait_for_rest };
     let result = merge_folder(plan, &place, run, &|_| {})?;
     if result.placed.registration.as_ref().is_some_and(|registration| !registration.weak.is_empty()) {
         let message = "the overlaps of the part's views do not hold every motion: views may have slid on each other";

@@ -83,3 +83,138 @@ fn a_part_whose_views_may_have_slid_is_no_cloud() {
     let told = cloud(true).unwrap_err().to_string();
     assert!(told.contains("may have slid on each other"), "{told}");
 }
+
+/// Twenty views in a row, with ties.
+fn many_views(folder: &Path) {
+    std::fs::create_dir(folder.join("views")).unwrap();
+    for k in 0..20 {
+        let mut text = String::from("x y z d_cal sigma_i\n");
+        for (x, y) in (0..40_u32).flat_map(|x| (0..40_u32).map(move |y| (x, y))) {
+            let _ = writeln!(text, "{}.{k} {y} {} {} 0.{}", x + 5 * k, (x * y) % 7, x.abs_diff(20), (x * 7 + y) % 89);
+        }
+        std::fs::write(folder.join(format!("views/v{k}.txt")), text).unwrap();
+    }
+    settings(folder, "");
+}
+
+fn settings(folder: &Path, more: &str) {
+    let text = "schema = 1\nunit = \"mm\"\n[views]\npattern = \"v*.txt\"\n[registration]\nenabled = false\n";
+    std::fs::write(folder.join("merge.toml"), format!("{text}{more}")).unwrap();
+}
+
+/// Points of the twenty views need 3 MB in memory, with 32 bytes in a view and 60 to merge.
+const LITTLE: u64 = 700_000;
+
+/// Merges and gives the bytes of the cloud and of the report, and what was told.
+fn bytes(folder: &Path, memory_limit: Option<u64>, run: &RunContext) -> Result<([Vec<u8>; 2], String), StitchError> {
+    let request = MergeRequest { plan_path: folder.join("merge.toml"), memory_limit, ..MergeRequest::default() };
+    let mut problems = Vec::new();
+    // The limit has to hold views for each thread.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let ended = pool.install(|| merge_files(&request, run, &mut problems, &|_| {}));
+    let told = problems.iter().map(|problem| problem.to_string()).collect::<Vec<_>>().join("\n");
+    ended.map_err(|error| error.unwrap_or_else(|| panic!("{told}")))?;
+    assert!(!folder.join("merged.ply.unfinished").exists());
+    Ok((["merged.ply", "merged.json"].map(|name| std::fs::read(folder.join(name)).unwrap()), told))
+}
+
+/// Whether its points fit into memory or not: the same bytes, by one metric or by several.
+#[test]
+fn views_that_are_put_away_give_the_same_cloud() {
+    let folder = tempfile::tempdir().unwrap();
+    many_views(folder.path());
+    for more in [
+        "[merge]\nradius = 2.0\n",
+        "[noise]\n[merge]\nradius = 2.0\nmetric = [\"d_cal\", \"sigma_i\"]\n[[feature]]\nkind = \"plane\"\n",
+    ] {
+        settings(folder.path(), more);
+        let (whole, _) = bytes(folder.path(), None, &RunContext::silent()).unwrap();
+        // Scores by several metrics take 32 bytes a point more.
+        let (away, told) = bytes(folder.path(), Some(LITTLE + 1_100_000), &RunContext::silent()).unwrap();
+        assert!(whole == away && told.is_empty(), "{told}");
+    }
+    settings(folder.path(), "[merge]\nradius = 2.0\n");
+    let (whole, _) = bytes(folder.path(), None, &RunContext::silent()).unwrap();
+    assert!(bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap().0 == whole);
+    let refused = bytes(folder.path(), Some(100_000), &RunContext::silent()).unwrap_err().to_string();
+    assert!(refused.contains("more than the limit of") && !folder.path().join("merged.ply.unfinished").exists());
+    settings(folder.path(), "[merge]\nradius = 2.0\nmetric = \"mean\"\n");
+    let refused = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap_err().to_string();
+    assert!(refused.contains("needs all points in memory"), "{refused}");
+}
+
+/// Stops a merge when it comes to a stage for the so many-th time.
+fn stop_at(folder: &Path, at: Stage, times: usize) {
+    let stop = CancelToken::default();
+    let seen = std::sync::atomic::AtomicUsize::new(0);
+    let observe = |stage| {
+        if stage == at && seen.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1 == times {
+            stop.cancel();
+        }
+    };
+    let ended = bytes(folder, Some(LITTLE), &RunContext::new(&stop, &observe));
+    assert!(matches!(ended, Err(StitchError::Cancelled(_))), "{at:?}");
+    assert!(!folder.join("merged.ply").exists());
+}
+
+#[test]
+fn a_merge_that_was_stopped_is_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    many_views(folder.path());
+    let away = folder.path().join("merged.ply.unfinished");
+    let clean = || ["merged.ply", "merged.json"].map(|name| std::fs::remove_file(folder.path().join(name)).unwrap());
+    let (whole, _) = bytes(folder.path(), None, &RunContext::silent()).unwrap();
+    clean();
+    for (at, times) in [(Stage::Read, 15), (Stage::Register, 1), (Stage::Merge, 1), (Stage::Report, 1)] {
+        stop_at(folder.path(), at, times);
+        assert!(std::fs::read_dir(&away).unwrap().count() > 5, "{at:?}");
+        let (again, told) = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap();
+        assert!(again == whole && told.contains("went on with"), "{at:?} {told}");
+        clean();
+    }
+}
+
+/// What another run, a broken disk or somebody else has left is not taken for views, and what is somebody else's stays.
+#[test]
+fn what_was_left_is_taken_only_if_it_is_whole_and_of_the_same_merge() {
+    let folder = tempfile::tempdir().unwrap();
+    many_views(folder.path());
+    let away = folder.path().join("merged.ply.unfinished");
+    let left = |k: usize| away.join(format!("{k:06}.view"));
+    settings(folder.path(), "[merge]\nradius = 3.0\n");
+    let (whole, _) = bytes(folder.path(), None, &RunContext::silent()).unwrap();
+    let clean = || std::fs::remove_file(folder.path().join("merged.ply")).unwrap();
+    clean();
+    // Of other settings.
+    settings(folder.path(), "[merge]\nradius = 2.0\n");
+    stop_at(folder.path(), Stage::Merge, 1);
+    settings(folder.path(), "[merge]\nradius = 3.0\n");
+    let (again, told) = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap();
+    assert!(again == whole && told.contains("begun again"), "{told}");
+    clean();
+    // Cut off, turned over, and a header that lies.
+    stop_at(folder.path(), Stage::Merge, 1);
+    let first = std::fs::read(left(0)).unwrap();
+    std::fs::write(left(0), &first[..first.len() / 2]).unwrap();
+    let mut turned = std::fs::read(left(1)).unwrap();
+    let middle = turned.len() / 2;
+    turned[middle] ^= 1;
+    std::fs::write(left(1), &turned).unwrap();
+    let lies = String::from_utf8_lossy(&first[..600]).replace("\"points\":1600", "\"points\":9999999999999");
+    std::fs::write(left(2), lies.as_bytes()).unwrap();
+    let (again, told) = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap();
+    assert!(again == whole && told.contains("went on with 17 views"), "{told}");
+    clean();
+    // A file of somebody else's where a view is to be put.
+    std::fs::create_dir(&away).unwrap();
+    std::fs::write(left(3), "notes").unwrap();
+    let request = MergeRequest {
+        plan_path: folder.path().join("merge.toml"),
+        memory_limit: Some(LITTLE),
+        ..MergeRequest::default()
+    };
+    let ended = merge_files(&request, &RunContext::silent(), &mut Vec::new(), &|_| {});
+    let told = ended.unwrap_err().unwrap().to_string();
+    assert!(told.contains("is not one of these"), "{told}");
+    assert!(std::fs::read_dir(&away).unwrap().count() == 1 && std::fs::read(left(3)).unwrap() == b"notes");
+}
