@@ -10,7 +10,7 @@ use crate::part::propose::Picker;
 use crate::plan::Geometry;
 use crate::plan::document::{
     At, Change, Document, EditError, FieldValue, Import, List, Lock, MirrorNames, MirrorPlane, PlanProblem, PointSpec,
-    Region, Rest, RowInfo, Step, Verb,
+    Region, Rest, RowInfo,
 };
 use crate::worker::plan_file::Recovery;
 use crate::worker::{CadAsked, Trial};
@@ -186,7 +186,7 @@ impl Editing {
     pub(super) fn was_saved(&mut self, saved: Document) {
         let bytes = saved.bytes();
         if saved.path() == self.document.path() {
-            self.document.set_text(saved.text(), Step::new(Verb::Change, "revision"));
+            self.document.take_revision(&saved);
             self.document.mark_saved(&bytes);
         } else {
             self.document = saved;

@@ -71,7 +71,7 @@ impl Document {
 }
 
 /// What changed from one text to another.
-fn changes(old: &str, new: &str) -> Vec<Change> {
+pub(super) fn changes(old: &str, new: &str) -> Vec<Change> {
     if old == new {
         return Vec::new();
     }

@@ -153,6 +153,18 @@ impl History {
         self.gesture = Gesture::None;
     }
 
+    /// Every text becomes what a function makes of it, up to the first of which it makes nothing: what lies beyond is forgotten.
+    pub fn rewrite(&mut self, with: impl Fn(&str) -> Option<String>) {
+        // The nearest texts stand last in both.
+        let kept = |entry: Entry| Some(Entry { text: with(&entry.text)?, step: entry.step });
+        let mut done: VecDeque<Entry> = std::mem::take(&mut self.done).into_iter().rev().map_while(kept).collect();
+        done.make_contiguous().reverse();
+        self.done = done;
+        let mut undone: Vec<Entry> = std::mem::take(&mut self.undone).into_iter().rev().map_while(kept).collect();
+        undone.reverse();
+        self.undone = undone;
+    }
+
     /// Whether the text is another one again.
     pub fn drop_gesture(&mut self, text: &mut String) -> bool {
         let edited = std::mem::take(&mut self.gesture) == Gesture::Open;

@@ -6,8 +6,10 @@
 //! #   E03: upper tolerance 0.200 -> 0.300 mm
 //! ```
 
+use super::changes::changes;
 use super::tree::{put, section};
 use super::{Change, Document, EditError, Step, Verb};
+use std::sync::OnceLock;
 
 const HEADING: &str = "# Revisions of this plan, the newest last.";
 const REVISION: &str = "# Revision ";
@@ -43,6 +45,15 @@ impl Document {
         found
     }
 
+    /// Takes a revision of this plan that was saved: its text, its revision and its note, which no undo takes back. Steps from before are
+    /// taken back as ever, under the new revision; those that cannot be are forgotten. What was edited since stays.
+    pub fn take_revision(&mut self, saved: &Document) {
+        let edited = carried(&self.text, saved).filter(|text| changes(saved.text(), text).iter().any(is_content));
+        self.text = edited.unwrap_or_else(|| saved.text.clone());
+        self.parsed = OnceLock::new();
+        self.history.rewrite(|text| carried(text, saved));
+    }
+
     /// Writes `[part] revision`, and notes at the end of the file why and what changed since the plan was saved. `date` is the day as
     /// people write it. Tells the changes.
     ///
@@ -67,6 +78,23 @@ impl Document {
         })?;
         Ok(changes)
     }
+}
+
+/// A text with the revision of a saved one, and what that notes at its end; `None` where it cannot hold them.
+fn carried(text: &str, saved: &Document) -> Option<String> {
+    let mut tree = super::tree::parse(text).ok()?;
+    let of = saved.tree().ok()?;
+    let revision = of.get("part")?.as_table_like()?.get("revision")?.as_str()?;
+    put(section(&mut tree, "part").ok()?, "revision", revision.into());
+    tree.set_trailing(of.trailing().as_str().unwrap_or(""));
+    let made = Document::unsaved(tree.to_string(), &saved.path);
+    // Older notes may stand elsewhere.
+    (made.revisions() == saved.revisions()).then_some(made.text)
+}
+
+/// Whether a change is one of what the plan says.
+fn is_content(change: &Change) -> bool {
+    change.what != "comments or layout"
 }
 
 /// What may stand in a comment: one line without control characters.

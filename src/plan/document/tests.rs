@@ -374,6 +374,36 @@ fn what_is_edited_while_the_plan_is_written_stays_unsaved() {
     assert!(!document.is_modified());
 }
 
+/// What a revision was saved with stays history: steps from before it are taken back under it, never it.
+#[test]
+fn undo_never_crosses_a_saved_revision() {
+    let mut document = open(FULL);
+    document.set_tolerances(&[0], Some(-2.0), None).unwrap();
+    document.rename(POINTS, 1, "N1").unwrap();
+    for (revision, thickness) in [("D", 1.5), ("E", 1.6)] {
+        let mut saved = document.snapshot();
+        saved.revise(revision, "2026-11-22", "a reason").unwrap();
+        document.take_revision(&saved);
+        document.mark_saved(&saved.bytes());
+        assert!(!document.is_modified() && document.text() == saved.text(), "{revision}");
+        document.set_setting("part", "thickness_mm", &FieldValue::Number(thickness)).unwrap();
+    }
+    let revisions = document.revisions();
+    assert_eq!(revisions.iter().map(|r| r.revision.as_str()).collect::<Vec<_>>(), ["D", "E"]);
+    let mut steps = 0;
+    while document.undo().is_some() {
+        steps += 1;
+        assert_eq!(document.revisions(), revisions);
+        assert!(document.text().contains("revision = \"E\""), "{}", document.text());
+    }
+    assert_eq!(steps, 4);
+    let limits = |text: &str| open(text).rows(POINTS)[0].value("lower_mm").cloned();
+    assert_eq!(limits(document.text()), limits(FULL));
+    while document.redo().is_some() {}
+    assert_eq!(document.revisions(), revisions);
+    assert_eq!(limits(document.text()), Some(FieldValue::Number(-2.0)));
+}
+
 #[test]
 fn windows_line_ends_and_marks_stay() {
     let text = format!("\u{feff}{}", FULL.replace('\n', "\r\n"));
