@@ -72,6 +72,12 @@ impl Diagnostic {
         self
     }
 
+    /// Its file and line, as people write them.
+    pub fn place(&self) -> Option<String> {
+        let file = self.file.as_ref()?.display().to_string();
+        Some(self.line.map_or(file.clone(), |line| format!("{file}:{line}")))
+    }
+
     /// What was found and what to do in a row, without the place: `message; help`.
     pub fn in_a_row(&self) -> String {
         let help = self.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
@@ -101,6 +107,22 @@ impl fmt::Display for Diagnostic {
 }
 
 impl std::error::Error for Diagnostic {}
+
+/// What the system says of a file, in words that people on the shop floor know.
+pub fn os_words(error: &std::io::Error) -> String {
+    use std::io::ErrorKind as Kind;
+    let words = match error.kind() {
+        Kind::NotFound => "there is no such file or folder",
+        Kind::PermissionDenied => "this user may not do that",
+        Kind::ReadOnlyFilesystem => "the disk is read-only",
+        Kind::StorageFull | Kind::QuotaExceeded => "the disk is full",
+        Kind::NotADirectory => "a file has this name",
+        Kind::IsADirectory => "a folder has this name",
+        Kind::AlreadyExists => "something has this name already",
+        _ => return error.to_string(),
+    };
+    words.to_owned()
+}
 
 /// Why a scan was not measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -135,11 +135,19 @@ impl Screen {
             Event::Watching { folder } => {
                 self.note(format!("watching {}, stop with Ctrl-C", folder.display()));
             }
-            Event::Waiting { scan, why } => {
+            Event::Waiting { scan, why, is_news } => {
                 // A part without a verdict concerns everybody, also those who asked for quiet.
-                self.above(|| terminal::error(&why.in_file(&scan)));
+                if is_news {
+                    self.above(|| terminal::error(&why.in_file(&scan)));
+                }
                 self.idle();
             }
+            Event::LeftAlone { .. } | Event::Queued(_) => self.idle(),
+            Event::PlanLost(diagnostic) => {
+                self.above(|| terminal::note(format!("{diagnostic}\ntrying again until the plan can be used")));
+                self.idle();
+            }
+            Event::PlanBack => self.note("the plan is back".into()),
             Event::Known { scan, inspected_as } => {
                 self.note(format!("{} was inspected before as {inspected_as}", scan.display()));
                 self.idle();

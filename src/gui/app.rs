@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::engineer::desk::Desk;
 use super::engineer::lock::Lock;
 use super::engineer::{self, EngineerView};
-use super::facts::Facts;
+use super::facts::{Facts, FinishedPart};
 use super::new_plan::{self, Assistant};
 use super::operator;
 use super::picture::Painter;
@@ -16,9 +16,11 @@ use super::settings::{Counted, Settings};
 use super::text::Words;
 use super::theme::Theme;
 use super::{bar, dialog, fonts, hear, help, keys, messages, perform};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// What a window is opened with.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +34,9 @@ pub struct Setup {
     /// Where the demo project is unpacked to at the first start; `None` = nowhere, and no demo.
     pub data_folder: Option<PathBuf>,
 }
+
+/// How long a warning is in sight at least.
+const WARNED: Duration = Duration::from_secs(20);
 
 /// The window without its frame: what eframe and the tests run.
 pub struct App {
@@ -51,6 +56,8 @@ pub struct App {
     pub(super) resume_watch: bool,
     /// The scans of this shift by name and content, each with what it counts as.
     pub(super) counted: HashMap<(String, String), Counted>,
+    /// The warning in sight, since when it is, and the part that was the newest then.
+    warned: Option<(Diagnostic, Instant, Option<Arc<FinishedPart>>)>,
     /// A plan in the making.
     pub(super) new_plan: Option<Assistant>,
     /// The scan to be inspected as soon as a plan that was just made is open.
@@ -70,7 +77,8 @@ impl App {
         let waker = ctx.clone();
         let desk = Desk::start(move || waker.request_repaint())
             .map_err(|e| Diagnostic::error(format!("the threads for editing cannot be started: {e}")))?;
-        let settings = setup.settings_file.as_deref().map_or_else(Settings::default, Settings::read);
+        let read = setup.settings_file.as_deref().map(Settings::open).unwrap_or_default();
+        let (settings, damaged) = read;
         ctx.set_theme(settings.theme.preference());
         let mut app = Self {
             facts: Facts::default(),
@@ -86,6 +94,7 @@ impl App {
             reload: None,
             resume_watch: false,
             counted: HashMap::new(),
+            warned: None,
             new_plan: None,
             first_scan: None,
             pictures: Painter::start(ctx),
@@ -93,6 +102,7 @@ impl App {
             typing: false,
         };
         app.open_first();
+        app.facts.message = app.facts.message.take().or(damaged);
         Ok(app)
     }
 
@@ -135,7 +145,9 @@ impl App {
             self.actions.push(action);
         }
         let typing = self.typing || ctx.text_edit_focused();
-        keys::collect(ctx, &self.facts, &self.view, typing, self.settings.magnification(), &mut self.actions);
+        let Settings { watch, .. } = self.settings;
+        let scale = self.settings.magnification();
+        keys::collect(ctx, &self.facts, &self.view, typing, scale, watch, &mut self.actions);
         self.guard_close(ctx);
         let fresh = self.new_plan.is_some() || self.facts.plan_path.is_none();
         dialog::dropped(ctx, fresh, &mut self.actions);
@@ -143,6 +155,10 @@ impl App {
             perform::action(self, ctx, action);
         }
         engineer::tick(self, ctx);
+        self.forget_old_warning();
+        if let Some(left) = self.facts.troubles.tick(self.setup.clock.now()) {
+            ctx.request_repaint_after(left);
+        }
         if self.facts.running().is_none()
             && let Some(path) = self.reload.take()
         {
@@ -200,6 +216,27 @@ impl App {
         self.typing = ui.ctx().text_edit_focused();
         if !self.actions.is_empty() {
             ui.ctx().request_repaint();
+        }
+    }
+
+    /// A warning goes by itself once it was in sight for a while and a later part was inspected; an error stays until somebody saw it.
+    fn forget_old_warning(&mut self) {
+        let now = self.setup.clock.now();
+        let facts = &mut self.facts;
+        let Some(told) = facts.message.as_ref().filter(|told| told.severity == Severity::Warning) else {
+            self.warned = None;
+            return;
+        };
+        let newest = facts.parts.last();
+        match &self.warned {
+            Some((known, since, then)) if known == told => {
+                let later = newest.map(Arc::as_ptr) != then.as_ref().map(Arc::as_ptr);
+                if later && now.saturating_duration_since(*since) >= WARNED {
+                    facts.message = None;
+                    self.warned = None;
+                }
+            }
+            _ => self.warned = Some((told.clone(), now, newest.cloned())),
         }
     }
 

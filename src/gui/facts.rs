@@ -1,7 +1,7 @@
 //! What is so: the plan, the part, what was inspected, what the worker does. Only the worker's events change it.
 
 use super::engineer::Editing;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Refusal};
 use crate::inspect::{DeviationMap, InspectionResult, Outcome};
 use crate::part::Part;
 use crate::plan::Plan;
@@ -50,6 +50,14 @@ impl FinishedPart {
     /// The scan's name without its ending.
     pub fn short_name(&self) -> String {
         self.scan_path.file_stem().map_or_else(|| self.scan_name().to_owned(), |s| s.to_string_lossy().into_owned())
+    }
+
+    /// Why its scan was refused, without the scan's name, which stands beside it.
+    pub fn reason<'r>(&self, refusal: &'r Refusal) -> &'r str {
+        let after_name = refusal.reason.strip_prefix(self.scan_name()).and_then(|rest| rest.strip_prefix(':'));
+        let Some(rest) = after_name else { return &refusal.reason };
+        let is_line = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        rest.split_once(": ").filter(|(line, _)| is_line(line)).map_or(rest.trim_start(), |(_, rest)| rest)
     }
 
     /// Whether its points and its map were let go.
@@ -155,8 +163,49 @@ pub struct Troubles {
     pub folder: Option<Diagnostic>,
     /// Results cannot be written: the first scan that waits for it, and why.
     pub results: Option<(PathBuf, Diagnostic)>,
-    /// A scan is in sight but not whole.
-    pub waiting: Option<(PathBuf, Diagnostic)>,
+    /// The plan is gone from the disk, or cannot be used any more.
+    pub plan: Option<Diagnostic>,
+    /// Scans that are in sight but not whole, the latest last.
+    pub unfinished: Vec<Unfinished>,
+}
+
+/// A scan that is in sight but not whole.
+#[derive(Debug, Clone)]
+pub struct Unfinished {
+    /// Its file.
+    pub scan: PathBuf,
+    /// What is missing.
+    pub why: Diagnostic,
+    /// When it was told.
+    pub since: Instant,
+    /// A later part was inspected meanwhile: the verdict is that one's.
+    pub passed: bool,
+    /// It has been so for long enough to be no everyday thing: the part before has no say any more.
+    pub overdue: bool,
+}
+
+/// How long a scan may be unfinished before the verdict of the part before it goes.
+const UNFINISHED: Duration = Duration::from_secs(5);
+
+impl Troubles {
+    /// The scan whose missing rest leaves no verdict.
+    pub fn no_verdict_for(&self) -> Option<&Unfinished> {
+        self.unfinished.iter().rev().find(|scan| scan.overdue && !scan.passed)
+    }
+
+    /// Time passes; tells when to look again, if something will be different then.
+    pub fn tick(&mut self, now: Instant) -> Option<Duration> {
+        let mut next = None;
+        for scan in self.unfinished.iter_mut().filter(|scan| !scan.passed && !scan.overdue) {
+            let waited = now.saturating_duration_since(scan.since);
+            scan.overdue = waited >= UNFINISHED;
+            if !scan.overdue {
+                let left = UNFINISHED - waited;
+                next = Some(next.map_or(left, |next: Duration| next.min(left)));
+            }
+        }
+        next
+    }
 }
 
 /// All that is so.
@@ -206,7 +255,9 @@ impl Facts {
     pub fn judged(&self) -> Option<&Arc<FinishedPart>> {
         let plan = self.plan.as_ref()?;
         let newest = self.parts.get(self.run_from..)?.last()?;
-        (newest.plan.sha256 == plan.sha256 && self.troubles.results.is_none()).then_some(newest)
+        let troubles = &self.troubles;
+        let in_trouble = troubles.results.is_some() || troubles.plan.is_some() || troubles.no_verdict_for().is_some();
+        (newest.plan.sha256 == plan.sha256 && !in_trouble).then_some(newest)
     }
 
     /// Why the last run ended without a part.

@@ -4,10 +4,10 @@ use super::action::Action;
 use super::app::App;
 use super::bridge::{Event, Opened, Scans};
 use super::engineer;
-use super::facts::{FinishedPart, Job, RunningScan, Troubles};
+use super::facts::{FinishedPart, Job, RunningScan, Troubles, Unfinished};
 use super::settings::Counted;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::inspect::{Inspected, InspectionResult};
+use crate::inspect::{Inspected, InspectionResult, Outcome};
 use crate::run::Stage;
 use crate::worker::{self, SequenceSummary};
 use std::path::{Path, PathBuf};
@@ -87,6 +87,8 @@ fn sequence(app: &mut App, event: worker::Event) {
     match event {
         Told::Problems(problems) => problems_told(app, problems),
         Told::Prepared { plan, part, .. } => {
+            // A watch that begins anew by another plan has none of the troubles of before.
+            app.facts.troubles = Troubles::default();
             app.facts.plan = Some(plan);
             app.facts.part = Some(part);
         }
@@ -98,7 +100,6 @@ fn sequence(app: &mut App, event: worker::Event) {
         Told::Lost { result, scan } => lost(app, result, scan),
         Told::Started { index, of, waiting, scan } => {
             in_sight(app, &scan);
-            app.facts.troubles.waiting.take_if(|(waiting, _)| *waiting == scan);
             if let Job::Running(running) = &mut app.facts.job {
                 running.of = of;
                 running.waiting = waiting;
@@ -108,11 +109,22 @@ fn sequence(app: &mut App, event: worker::Event) {
         Told::Stage(stage) => enter(app, stage),
         Told::Finished { result, scan, files, took } => finished(app, result, scan, files, took),
         Told::Watching { .. } => idle(app),
-        Told::Waiting { scan, why } => {
-            app.facts.troubles.waiting = Some((scan, why));
+        Told::Waiting { scan, why, .. } => unfinished(app, scan, why),
+        Told::Known { scan, .. } | Told::LeftAlone { scan } => {
+            app.facts.troubles.unfinished.retain(|unfinished| unfinished.scan != scan);
             idle(app);
         }
-        Told::Known { .. } => idle(app),
+        Told::Queued(scans) => {
+            scans.iter().for_each(|scan| in_sight(app, scan));
+            if let Job::Running(running) = &mut app.facts.job {
+                running.waiting = scans.len();
+            }
+        }
+        Told::PlanLost(why) => {
+            app.facts.troubles.plan = Some(why);
+            idle(app);
+        }
+        Told::PlanBack => app.facts.troubles.plan = None,
         Told::FolderLost(why) => app.facts.troubles.folder = Some(why),
         Told::FolderBack => app.facts.troubles.folder = None,
         Told::ResultsLost(why) => {
@@ -173,10 +185,24 @@ fn finished(
     let at_hand = running.scan.take();
     let index = at_hand.as_ref().map_or(running.done, |s| s.index);
     let scan_path = at_hand.map_or_else(|| PathBuf::from(&result.identity.scan_file), |s| s.path);
+    let unfinished = &mut app.facts.troubles.unfinished;
+    unfinished.retain(|unfinished| unfinished.scan != scan_path);
+    unfinished.iter_mut().for_each(|unfinished| unfinished.passed = true);
     let finished = FinishedPart { index, of: running.of, scan_path, result, scan, plan, part, files, took };
     if app.facts.push_part(finished) {
         app.view.part = app.view.part.map(|at| at.saturating_sub(1));
     }
+}
+
+/// A scan that is in sight but not whole. One that was told before keeps its time.
+fn unfinished(app: &mut App, scan: PathBuf, why: Diagnostic) {
+    let since = app.setup.clock.now();
+    let unfinished = &mut app.facts.troubles.unfinished;
+    match unfinished.iter_mut().find(|unfinished| unfinished.scan == scan) {
+        Some(known) => known.why = why,
+        None => unfinished.push(Unfinished { scan, why, since, passed: false, overdue: false }),
+    }
+    idle(app);
 }
 
 /// A part that was looked at, but of which nothing is on the disk.
@@ -185,6 +211,10 @@ fn lost(app: &mut App, result: Arc<InspectionResult>, scan: PathBuf) {
         && running.scan.is_none()
     {
         let index = running.done + 1;
+        // Only those whose results could not be written were counted as waiting.
+        if app.facts.troubles.results.is_some() && !app.facts.troubles.unfinished.iter().any(|u| u.scan == scan) {
+            running.waiting = running.waiting.saturating_sub(1);
+        }
         running.scan = Some(RunningScan { index, path: scan, stage: None, since: Instant::now() });
     }
     finished(app, result, None, Vec::new(), Duration::ZERO);
@@ -194,9 +224,12 @@ fn lost(app: &mut App, result: Arc<InspectionResult>, scan: PathBuf) {
 fn count(app: &mut App, result: &InspectionResult) {
     let now = Counted::of(&result.outcome);
     let id = &result.identity;
-    let before = id.scan_sha256.clone().and_then(|sha256| app.counted.insert((id.scan_file.clone(), sha256), now));
+    // A scan that could not be read is counted by its name, until it can.
+    let unread = (id.scan_file.clone(), String::new());
+    let sha256 = id.scan_sha256.clone().unwrap_or_default();
+    let before = [app.counted.remove(&unread), app.counted.insert((id.scan_file.clone(), sha256), now)];
     let shift = &mut app.settings.shift;
-    if let Some(before) = before {
+    for before in before.into_iter().flatten() {
         let count = shift.count_mut(before);
         *count = count.saturating_sub(1);
     }
@@ -206,7 +239,7 @@ fn count(app: &mut App, result: &InspectionResult) {
 
 fn ended(app: &mut App, mut summary: SequenceSummary, scans: Option<Scans>) {
     let facts = &mut app.facts;
-    facts.left_over = facts.running().and_then(|r| r.of.map(|of| of.saturating_sub(r.done))).unwrap_or(0);
+    facts.left_over = facts.running().map_or(0, |r| r.of.map_or(r.waiting, |of| of.saturating_sub(r.done)));
     let nothing = summary.measured() + summary.refused + summary.unwritten == 0 && !summary.stopped;
     if summary.error.is_none() && nothing {
         // Problems of plan and CAD were told one by one.
@@ -217,6 +250,11 @@ fn ended(app: &mut App, mut summary: SequenceSummary, scans: Option<Scans>) {
     app.facts.troubles = Troubles::default();
     if let Some(error) = &summary.error {
         app.facts.message = Some(error.clone());
+        let newest = app.facts.parts.last().map(|part| &part.result.outcome);
+        if matches!(newest, Some(Outcome::Measured(_))) {
+            // What was judged before it is no verdict of the part at hand.
+            app.facts.run_from = app.facts.parts.len();
+        }
     }
     app.facts.last_end = Some(summary);
     app.keep_settings();

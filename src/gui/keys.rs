@@ -11,6 +11,7 @@ use egui::{Key, Modifiers};
 pub(super) const EVERYWHERE: &[(&str, &str)] = &[
     ("F5", "help.run"),
     ("Esc", "help.stop"),
+    ("F7", "help.watch"),
     ("F1", "help.help"),
     ("F11", "help.full_screen"),
     ("Ctrl+O", "help.open"),
@@ -53,6 +54,7 @@ pub(super) fn collect(
     view: &ViewState,
     typing: bool,
     scale: f32,
+    watch: bool,
     actions: &mut Vec<Action>,
 ) {
     let pressed = |modifiers: Modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
@@ -61,6 +63,9 @@ pub(super) fn collect(
     }
     if pressed(Modifiers::NONE, Key::F5) {
         actions.push(Action::Run);
+    }
+    if pressed(Modifiers::NONE, Key::F7) {
+        actions.push(Action::Watch(!watch));
     }
     if pressed(Modifiers::NONE, Key::F11) {
         actions.push(Action::FullScreen);

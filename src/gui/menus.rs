@@ -8,6 +8,7 @@ use super::scope::Scope;
 use super::settings::{SCALES, ThemeChoice};
 use super::text::{Language, typed_number};
 use super::theme::size;
+use super::widgets::sign;
 use egui::{Context, Frame, Id, Popup, PopupCloseBehavior, Response, RichText, ScrollArea, Ui, vec2};
 
 /// The pages of the menu that holds all others.
@@ -160,6 +161,10 @@ pub(super) fn view_ui(ui: &mut Ui, scope: &mut Scope) {
     }
     ui.separator();
     takt_ui(ui, scope);
+    let watch = scope.settings.watch;
+    if (watch || scope.facts.plan.is_some()) && row(ui, watch, words.text("operator.watch")) {
+        scope.ask(Action::Watch(!watch));
+    }
     new_shift_ui(ui, scope);
     if row(ui, false, words.text("view.full_screen")) {
         scope.ask(Action::FullScreen);
@@ -180,6 +185,13 @@ fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
         ui.add(field.min_size(vec2(72.0, 40.0)).align(egui::Align2::LEFT_CENTER)).labelled_by(label.id);
     });
     let typed = typed_number(&text).filter(|takt| *takt > 0.0);
+    if typed.is_none() && !text.trim().is_empty() {
+        ui.horizontal(|ui| {
+            let (square, _) = ui.allocate_exact_size(egui::Vec2::splat(16.0), egui::Sense::hover());
+            sign::problem(ui.painter(), square, true, scope.theme);
+            ui.label(RichText::new(words.text("view.no_takt")).size(size::BODY));
+        });
+    }
     if typed != now && (typed.is_some() || text.trim().is_empty()) {
         scope.ask(Action::Takt(typed));
     }

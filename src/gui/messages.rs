@@ -20,10 +20,7 @@ pub(super) fn sentence(diagnostic: &Diagnostic, words: &Words) -> String {
 
 /// Where it is, and what to do.
 fn note(message: &Diagnostic, words: &Words) -> String {
-    let place = message.file.as_ref().map(|file| match message.line {
-        Some(line) => format!("{}:{line}", file.display()),
-        None => file.display().to_string(),
-    });
+    let place = message.place();
     let help = message.help.as_deref().map(|help| words.told(help));
     [place, help].into_iter().flatten().collect::<Vec<_>>().join("   ")
 }

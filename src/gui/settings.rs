@@ -1,6 +1,7 @@
 //! What the window keeps from one start to the next: a TOML file of its own in the user's configuration folder.
 
 use super::text::Language;
+use crate::diagnostic::Diagnostic;
 use crate::inspect::{Outcome, Verdict};
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, Item, Table, value};
@@ -157,8 +158,29 @@ pub const PASSWORD_KEY: &str = "engineer_password";
 impl Settings {
     /// Reads the file; what is missing or odd is as at the first start, for nobody should be kept from work by it.
     pub fn read(path: &Path) -> Self {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        Self::parse(&text)
+        let bytes = std::fs::read(path).unwrap_or_default();
+        Self::parse(&String::from_utf8_lossy(&bytes))
+    }
+
+    /// The same. A file that holds anything odd is kept under another name before it is written over, and that is told.
+    pub fn open(path: &Path) -> (Self, Option<Diagnostic>) {
+        let odd = match std::fs::read(path) {
+            Ok(bytes) => is_odd(&bytes),
+            Err(fault) => fault.kind() != std::io::ErrorKind::NotFound,
+        };
+        let told = odd.then(|| {
+            let mut kept = path.as_os_str().to_owned();
+            kept.push(".damaged");
+            let message = "the window's settings were damaged; what could not be read is as at the first start";
+            let told = Diagnostic::warning(message).in_file(path);
+            match std::fs::copy(path, &kept) {
+                Ok(_) => {
+                    told.with_help("the damaged file is kept beside it under the same name with .damaged at its end")
+                }
+                Err(_) => told.with_help("the damaged file could not be kept"),
+            }
+        });
+        (Self::read(path), told)
     }
 
     fn parse(text: &str) -> Self {
@@ -175,7 +197,7 @@ impl Settings {
             scale: number(document.get("scale")).filter(|s| (1.0..=2.5).contains(s)).unwrap_or(1.0),
             recent: recent.into_iter().flatten().filter_map(recent_of).take(RECENT).collect(),
             place: document.get("window").and_then(place_of),
-            password: word(PASSWORD_KEY).map(str::to_owned),
+            password: word(PASSWORD_KEY).map_or_else(|| password_line(text), |word| Some(word.to_owned())),
             watch: document.get("watch").and_then(Item::as_bool).unwrap_or(false),
             shift: ShiftCounts {
                 pass: shift("pass"),
@@ -264,6 +286,33 @@ impl Settings {
     }
 }
 
+/// The password's hash in a text that cannot be read otherwise: damage to a file unlocks nothing.
+fn password_line(text: &str) -> Option<String> {
+    let line = text.lines().find_map(|line| line.trim().strip_prefix(PASSWORD_KEY)?.trim_start().strip_prefix('='))?;
+    let hash = line.trim().strip_prefix('"')?.split('"').next()?;
+    hash.starts_with("$argon2").then(|| hash.to_owned())
+}
+
+/// Whether a file of settings holds what this program does not write: no TOML, or values of other kinds.
+fn is_odd(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return true };
+    let Ok(document) = text.parse::<DocumentMut>() else { return true };
+    let is = |key: &str, kind: fn(&Item) -> bool| document.get(key).is_none_or(kind);
+    let sound = is("theme", Item::is_str)
+        && is("language", Item::is_str)
+        && is("scale", |scale| number(Some(scale)).is_some())
+        && is("watch", Item::is_bool)
+        && is(PASSWORD_KEY, Item::is_str)
+        && is("shift", |shift| {
+            shift.as_table_like().is_some_and(|t| t.iter().all(|(_, n)| n.as_integer().is_some_and(|n| n >= 0)))
+        })
+        && is("window", Item::is_table_like)
+        && is("recent", |recent| {
+            recent.as_array_of_tables().is_some_and(|plans| plans.iter().all(|plan| recent_of(plan).is_some()))
+        });
+    !sound
+}
+
 fn number(item: Option<&Item>) -> Option<f32> {
     item.and_then(|i| i.as_float().or_else(|| i.as_integer().map(|n| n as f64))).map(|n| n as f32)
 }
@@ -342,6 +391,24 @@ mod tests {
         let fresh = Settings { scale: 1.0, ..Settings::default() };
         for text in ["", "not toml [", "theme = 3\nscale = 99.0\n[window]\nsize = [1.0, nan]\n[[recent]]\nplan = 1"] {
             assert_eq!(Settings::parse(text), fresh, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_damaged_file_is_kept_and_unlocks_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("window.toml");
+        assert_eq!(Settings::open(&path).1, None, "the first start");
+        let sound = Settings { password: Some("$argon2id$v=19$a".into()), ..Settings::default() }.text();
+        std::fs::write(&path, &sound).unwrap();
+        assert_eq!(Settings::open(&path).1, None);
+        let cut = format!("{sound}[shift");
+        for bytes in [cut.as_bytes(), &[&[0xff, 0x00, b'\n'], sound.as_bytes()].concat(), b"watch = 3", b"\x00\xff"] {
+            std::fs::write(&path, bytes).unwrap();
+            let (settings, told) = Settings::open(&path);
+            assert!(told.is_some_and(|told| told.help.is_some_and(|help| help.contains(".damaged"))));
+            assert_eq!(std::fs::read(folder.path().join("window.toml.damaged")).unwrap(), bytes);
+            assert_eq!(settings.password.is_some(), bytes.windows(7).any(|w| w == b"$argon2"), "{bytes:?}");
         }
     }
 

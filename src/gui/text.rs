@@ -93,7 +93,12 @@ impl Words {
                 }
             }
         }
-        Words { language, texts, library: Library::read(language.catalogue()) }
+        let library = match language {
+            // Which of a sentence's values are numbers is the same in all languages.
+            Language::English => Library::own(Language::German.catalogue()),
+            Language::Swedish | Language::German => Library::read(language.catalogue()),
+        };
+        Words { language, texts, library }
     }
 
     /// Which language these are of.
@@ -132,11 +137,12 @@ impl Words {
     /// What the library says, in this language: refusals, reasons, gates, warnings, problems. Numbers are written as the language does,
     /// names and paths stay as they are; a sentence that is not known stays English.
     pub fn library<'t>(&self, text: &'t str) -> Cow<'t, str> {
+        let told = self.library.sentence(text, &|number| self.written(number)).filter(|told| told != text);
+        let told = told.map_or(Cow::Borrowed(text), Cow::Owned);
         match self.language {
-            Language::English => Cow::Borrowed(text),
-            Language::Swedish | Language::German => {
-                self.library.sentence(text, &|number| self.written(number)).map_or(Cow::Borrowed(text), Cow::Owned)
-            }
+            // What only the command line can do.
+            Language::English if told.contains(" with --out") => Cow::Owned(told.replace(" with --out", "")),
+            _ => told,
         }
     }
 
@@ -165,6 +171,7 @@ impl Words {
         let plain = number.replace(',', "");
         match (plain.parse(), plain.split_once('.')) {
             (Ok(count), None) if !number.starts_with('+') => self.thousands(count),
+            _ if self.language == Language::English => number.to_owned(),
             _ => number.replace('.', ",").replace('-', "\u{2212}"),
         }
     }
@@ -235,6 +242,8 @@ mod tests {
         ("setting.diameter", Language::Swedish),
         ("setting.radius", Language::German),
         ("setting.name", Language::German),
+        ("results.scan", Language::German),
+        ("new_plan.step_scan", Language::German),
         ("new_plan.belt", Language::German),
         ("new_plan.point", Language::Swedish),
         ("new_plan.point", Language::German),

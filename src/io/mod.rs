@@ -25,7 +25,7 @@ mod write;
 
 pub use write::{Numbers, write_ply_cloud, write_ply_points, write_stl};
 
-use crate::diagnostic::{Diagnostic, ReadError};
+use crate::diagnostic::{Diagnostic, ReadError, os_words};
 use crate::geometry::{LengthUnit, Mesh, PointCloud};
 use crate::run::{Cancelled, RunContext};
 use columns::Lengths;
@@ -93,7 +93,7 @@ pub fn read_file_while(path: &Path, run: &RunContext) -> Result<Vec<u8>, ReadErr
             std::io::ErrorKind::PermissionDenied => "give this user the right to read the file",
             _ => "check that the file, its disk and the network are there",
         };
-        Diagnostic::error(format!("the file cannot be read: {error}")).in_file(path).with_help(help).into()
+        Diagnostic::error(format!("the file cannot be read: {}", os_words(&error))).in_file(path).with_help(help).into()
     };
     let (file, length) = open_plain(path).map_err(in_words)?;
     let mut bytes = room_for(length).map_err(in_words)?;

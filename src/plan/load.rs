@@ -114,6 +114,7 @@ fn read_root(
     let rig_is_sound = rig.is_some();
     let draft = Draft {
         path: path.to_path_buf(),
+        sha256: sha256_hex(&[bytes, &comparison_bytes, &of_views.bytes]),
         part,
         cad: cad.and_then(CadRead::settings),
         scans: scans.map(|(scans, _)| scans),
@@ -128,17 +129,15 @@ fn read_root(
         results,
     };
     // A table that is there and is not sound leaves no plan; a rig that is left out does.
-    let plan = background.filter(|_| rig_is_sound).and_then(|background| {
-        whole_plan(&draft, background, sha256_hex(&[bytes, &comparison_bytes, &of_views.bytes]))
-    });
+    let plan = background.filter(|_| rig_is_sound).and_then(|background| whole_plan(&draft, background));
     (plan, draft, more)
 }
 
 /// The plan, if all of it is sound.
-fn whole_plan(draft: &Draft, background: BackgroundSettings, sha256: String) -> Option<Plan> {
+fn whole_plan(draft: &Draft, background: BackgroundSettings) -> Option<Plan> {
     Some(Plan {
         path: draft.path.clone(),
-        sha256,
+        sha256: draft.sha256.clone(),
         part: draft.part.clone()?,
         cad: draft.cad.clone()?,
         scans: draft.scans.clone()?,

@@ -242,6 +242,8 @@ pub struct OutputSettings {
 pub struct Draft {
     /// The plan file.
     pub path: PathBuf,
+    /// Hash of all that the plan was read from, as in [`Plan`], sound or not; empty where its file cannot be read.
+    pub sha256: String,
     /// `[part]`.
     pub part: Option<PartInfo>,
     /// `[cad]`.

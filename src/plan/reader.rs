@@ -415,6 +415,8 @@ pub(super) fn describe_value(value: &Value) -> String {
     match value {
         Value::String(text) => format!("text {}", quoted(text.value())),
         Value::Integer(number) => number.value().to_string(),
+        // Nobody reads three hundred zeros.
+        Value::Float(number) if number.value().abs() >= 1e15 => format!("{:e}", number.value()),
         Value::Float(number) => number.value().to_string(),
         Value::Boolean(truth) => truth.value().to_string(),
         Value::Datetime(date) => format!("the date {}", date.value()),

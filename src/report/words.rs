@@ -147,8 +147,14 @@ pub fn thousands(count: usize) -> String {
     text
 }
 
-/// The text with a capital first letter: messages start in lower case, paragraphs on paper do not.
+/// The text with a capital first letter: messages start in lower case, paragraphs on paper do not. A name or key at its front - a file, a
+/// word before a colon, anything with signs or digits in it - stays as it is.
 pub fn capital(text: &str) -> String {
+    let first = text.split_whitespace().next().unwrap_or_default();
+    let is_plain = |c: char| c.is_alphabetic() || matches!(c, '\'' | '’' | '-');
+    if text.starts_with(char::is_alphabetic) && !first.trim_end_matches([',', ';', '.']).chars().all(is_plain) {
+        return text.to_owned();
+    }
     let mut chars = text.chars();
     chars.next().map_or(String::new(), |c| c.to_uppercase().chain(chars).collect())
 }
@@ -230,5 +236,22 @@ mod tests {
             ["49 %", "137 %", ">999 %", ">999 %"]
         );
         assert_eq!(clean("a\tb\u{202e}c\r\nd"), "a bc  d");
+    }
+
+    #[test]
+    fn sentences_begin_with_a_capital_letter_and_names_stay() {
+        for (text, told) in [
+            ("no points found", "No points found"),
+            ("not measured: the scan", "Not measured: the scan"),
+            ("größer als, x", "Größer als, x"),
+            ("p6.txt", "p6.txt"),
+            ("a4.ply: no points found", "a4.ply: no points found"),
+            ("merge.toml:1: found", "merge.toml:1: found"),
+            ("c_neg.ply:4: found", "c_neg.ply:4: found"),
+            ("part: found", "part: found"),
+            ("", ""),
+        ] {
+            assert_eq!(capital(text), told);
+        }
     }
 }

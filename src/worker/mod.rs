@@ -5,6 +5,7 @@
 mod arrivals;
 mod check;
 pub mod clock;
+mod delivered;
 #[cfg(test)]
 mod editing_tests;
 mod examine;
@@ -13,6 +14,7 @@ mod inherited;
 pub mod merge;
 pub mod names;
 pub mod plan_file;
+mod plan_on_disk;
 pub mod request;
 pub mod results;
 pub mod scans;
@@ -63,7 +65,7 @@ pub enum Event {
         /// Its file.
         scan: PathBuf,
     },
-    /// A scan is begun. `Finished` follows, or else `Waiting` or `Known` (or neither, when it is dropped or gone).
+    /// A scan is begun. `Finished` or `Lost` follows, or else `Waiting`, `Known` or `LeftAlone`.
     Started {
         /// From 1.
         index: usize,
@@ -98,7 +100,16 @@ pub enum Event {
         scan: PathBuf,
         /// What is missing.
         why: Diagnostic,
+        /// Whether it is told for the first time.
+        is_news: bool,
     },
+    /// Nothing came of the scan at hand, or it waits no longer: it is gone, or it is being written again.
+    LeftAlone {
+        /// Its file.
+        scan: PathBuf,
+    },
+    /// No scan is begun for now; these are ready or will be.
+    Queued(Vec<PathBuf>),
     /// A scan has the content of one that was inspected before.
     Known {
         /// Its file.
@@ -114,6 +125,10 @@ pub enum Event {
     ResultsLost(Diagnostic),
     /// Results can be written again.
     ResultsBack,
+    /// The plan of a watched folder is gone from the disk, or cannot be used any more; no scan is begun until it can.
+    PlanLost(Diagnostic),
+    /// It is what it was.
+    PlanBack,
 }
 
 /// Takes a job's events; called on the job's thread.

@@ -3,7 +3,7 @@
 use super::inherited::{load_table, lock, remove_leftovers, set_aside};
 use super::names::{self, ResultNames};
 use super::watch::Listed;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, os_words};
 use crate::inspect::{Inspected, Outcome};
 use crate::io::read_plain;
 use crate::part::Part;
@@ -42,7 +42,7 @@ impl ResultsFolder {
     /// are warnings: a damaged table or manifest is kept under another name and never stops the work.
     pub fn open(path: &Path, formats: &[OutputFormat]) -> Result<(Self, Vec<Diagnostic>), Diagnostic> {
         fs::create_dir_all(path).map_err(|e| {
-            Diagnostic::error(format!("the results folder cannot be made: {e}"))
+            Diagnostic::error(format!("the results folder cannot be made: {}", os_words(&e)))
                 .in_file(path)
                 .with_help("check [output] folder in the plan, or give another with --out")
         })?;
@@ -166,7 +166,7 @@ impl ResultsFolder {
                 continue;
             }
             let bytes = read_plain(&path).map_err(|e| {
-                Diagnostic::error(format!("an earlier result cannot be kept: {e}"))
+                Diagnostic::error(format!("an earlier result cannot be kept: {}", os_words(&e)))
                     .in_file(&path)
                     .with_help("make the file readable, or give another folder with --out")
             })?;
@@ -277,7 +277,7 @@ fn file_name(path: &Path) -> Option<String> {
 fn remove(path: &Path) -> Result<(), Diagnostic> {
     match fs::remove_file(path) {
         Err(e) if e.kind() != ErrorKind::NotFound => {
-            Err(Diagnostic::error(format!("an outdated result cannot be removed: {e}")).in_file(path))
+            Err(Diagnostic::error(format!("an outdated result cannot be removed: {}", os_words(&e))).in_file(path))
         }
         _ => Ok(()),
     }

@@ -2,7 +2,7 @@
 
 use super::merge::part_folder;
 use super::watch::Listed;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, os_words};
 use crate::plan::{ScanOrder, ScanSettings, Taken};
 use std::path::Path;
 use std::time::SystemTime;
@@ -26,9 +26,9 @@ pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, 
     let pattern = glob::Pattern::new(&settings.pattern)
         .map_err(|e| Diagnostic::error(format!("pattern \"{}\": {e}", settings.pattern)))?;
     let folder = std::fs::read_dir(&settings.path).map_err(|e| {
-        Diagnostic::error(format!("the scan folder cannot be read: {e}"))
+        Diagnostic::error(format!("the scan folder cannot be read: {}", os_words(&e)))
             .in_file(&settings.path)
-            .with_help("check [scans] folder in the plan, and that the share is connected")
+            .with_help("see whether the share is connected, and whether the plan names the right folder")
     })?;
     let mut files = Vec::new();
     for entry in folder.flatten() {

@@ -2,7 +2,9 @@
 
 use super::check::outlook;
 use super::clock::{StageClock, timings_line};
-use super::examine::{Examined, Examiner, load, prepare_part};
+use super::delivered::Delivered;
+use super::examine::{Examined, Examiner, Loaded, load, prepare_part};
+use super::plan_on_disk::{PlanNow, PlanOnDisk};
 use super::request::{SequenceRequest, SequenceSummary, StopSwitch};
 use super::results::ResultsFolder;
 use super::scans::{Links, list_scans};
@@ -18,25 +20,44 @@ use std::io::{Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Runs the whole sequence on this thread. Everything worth knowing goes to the listener as it happens.
 pub fn run_sequence(request: &SequenceRequest, stop: &StopSwitch, listener: Listener) -> SequenceSummary {
     let mut summary = SequenceSummary::default();
-    match Sequence::prepare(request, stop, listener) {
-        Ok(Some(mut sequence)) => {
-            let end = match request.watch {
+    let mut begun = false;
+    loop {
+        let end = match Sequence::prepare(request, stop, listener) {
+            Ok(Some(mut sequence)) => match request.watch {
                 Some(watch) => sequence.watch(watch, &mut summary),
-                None => sequence.run_all(&mut summary),
-            };
-            if let Err(diagnostic) = end {
+                None => sequence.run_all(&mut summary).map(|()| WatchEnd::Stopped),
+            },
+            Ok(None) => Ok(WatchEnd::Stopped),
+            // Its problems were told; parts of the plan before must not stand for those of this one.
+            Err(None) if begun => Err(Diagnostic::error("the plan cannot be used").in_file(&request.plan_path)),
+            Err(None) => Ok(WatchEnd::Stopped),
+            Err(Some(diagnostic)) => Err(*diagnostic),
+        };
+        begun = true;
+        match end {
+            Ok(WatchEnd::AnotherPlan) => continue,
+            Ok(WatchEnd::Stopped) => break,
+            Err(diagnostic) => {
                 summary.error = Some(diagnostic);
+                break;
             }
         }
-        Ok(None) | Err(None) => {}
-        Err(Some(diagnostic)) => summary.error = Some(*diagnostic),
     }
     summary.stopped = stop.is_on();
     summary
+}
+
+/// How a watch ended that nothing was wrong with.
+pub(super) enum WatchEnd {
+    /// Somebody stopped it.
+    Stopped,
+    /// Another plan lies on the disk: it begins anew by that.
+    AnotherPlan,
 }
 
 /// The part and plan of a sequence, and where its results go.
@@ -46,6 +67,7 @@ pub(super) struct Sequence<'a> {
     pub(super) listener: Listener<'a>,
     pub(super) examiner: Examiner,
     pub(super) results: ResultsFolder,
+    pub(super) plan_on_disk: PlanOnDisk,
     prepare_ms: Option<f64>,
 }
 
@@ -53,8 +75,10 @@ pub(super) struct Sequence<'a> {
 pub(super) enum ScanEnd {
     /// Its reports are written.
     Done(Arc<InspectionResult>),
-    /// Watching: the same content was inspected before.
+    /// Watching: the same content was inspected before, and it is no other part's.
     Known,
+    /// Watching: the content with this hash was delivered again. Nothing was measured, which was told.
+    Repeated(String),
     /// Watching: there is nothing to inspect yet; in words, if it needs any.
     NotYet(NotYet, Option<Box<Diagnostic>>),
     /// It is not there any more, or somebody stopped the job at once.
@@ -64,7 +88,20 @@ pub(super) enum ScanEnd {
 /// A result, or the reason why there is none.
 enum Look {
     Result(Box<Inspected>),
+    /// A content that was inspected before, its hash, and the name of the scan that it came with.
+    Repeated(String, String),
     End(ScanEnd),
+}
+
+/// A file of a watched folder that has settled.
+#[derive(Clone, Copy)]
+pub(super) struct Arrival<'a> {
+    /// As it was listed when it was ready.
+    pub file: &'a Listed,
+    /// What the watch saw before.
+    pub delivered: &'a Delivered,
+    /// Its results could not be written: whatever is known of its content, it is inspected again.
+    pub unwritten: bool,
 }
 
 impl<'a> Sequence<'a> {
@@ -109,8 +146,9 @@ impl<'a> Sequence<'a> {
         let opened = ResultsFolder::open(&folder, &plan.output.formats);
         let (results, warnings) = opened.map_err(|d| Some(Box::new(d)))?;
         listener(Event::Problems(warnings));
+        let plan_on_disk = PlanOnDisk::of(&plan, request.plan_path.clone());
         let examiner = Examiner { plan, part };
-        Ok(Some(Self { request, stop, listener, examiner, results, prepare_ms: Some(prepare_ms) }))
+        Ok(Some(Self { request, stop, listener, examiner, results, plan_on_disk, prepare_ms: Some(prepare_ms) }))
     }
 
     /// The plan's scans as they lie in the folder now, without this program's own files.
@@ -142,29 +180,45 @@ impl<'a> Sequence<'a> {
             if self.stop.is_on() {
                 return Ok(());
             }
+            self.still_by_this_plan()?;
             let waiting = of - index - 1;
             (self.listener)(Event::Started { index: index + 1, of: Some(of), waiting, scan: scan.clone() });
             match self.one_scan(scan, None) {
                 Ok(ScanEnd::Done(result)) => summary.count(&result.outcome),
                 Ok(_) => {}
-                Err(diagnostic) => self.unwritten(scan, diagnostic, summary),
+                Err(diagnostic) => self.unwritten(scan, diagnostic, summary)?,
             }
         }
-        Ok(())
+        self.still_by_this_plan()
     }
 
-    /// The results of a part could not be written: told, counted, and the next part is tried.
-    fn unwritten(&mut self, scan: &Path, mut diagnostic: Diagnostic, summary: &mut SequenceSummary) {
+    /// A sequence does not go on by a plan that somebody replaced: the next part may be judged by other limits.
+    fn still_by_this_plan(&mut self) -> Result<(), Diagnostic> {
+        let told = match self.plan_on_disk.look(Instant::now(), Duration::ZERO) {
+            PlanNow::Same | PlanNow::Settling => return Ok(()),
+            PlanNow::Another(told) => *told,
+            PlanNow::Unusable(why) => *why,
+        };
+        let help = "the sequence has stopped, its parts were judged by the plan as it was; run it again";
+        Err(Diagnostic { severity: Severity::Error, ..told.with_help(help) })
+    }
+
+    /// The results of a part could not be written: told and counted. The next part is tried where only this one did not fit; the error:
+    /// nothing can be written at all.
+    fn unwritten(
+        &mut self,
+        scan: &Path,
+        mut diagnostic: Diagnostic,
+        summary: &mut SequenceSummary,
+    ) -> Result<(), Diagnostic> {
         summary.unwritten += 1;
         let name = scan.file_name().unwrap_or(scan.as_os_str()).to_string_lossy();
         diagnostic.message = format!("the results of {name} are lost: {}", diagnostic.message);
         self.lost(scan, &diagnostic);
-        let mut problems = vec![diagnostic];
-        if !self.results.is_there() {
-            // One that cannot be made again is told with the next part.
-            problems.extend(self.results.reopen().unwrap_or_default());
-        }
-        (self.listener)(Event::Problems(problems));
+        (self.listener)(Event::Problems(vec![diagnostic.clone()]));
+        let Ok(warnings) = self.results.reopen() else { return Err(diagnostic) };
+        (self.listener)(Event::Problems(warnings));
+        Ok(())
     }
 
     /// Says that a part has no verdict, whatever was measured of it: nothing of it is on the disk.
@@ -173,9 +227,9 @@ impl<'a> Sequence<'a> {
         (self.listener)(Event::Lost { result, scan: scan.to_path_buf() });
     }
 
-    /// One scan, from its bytes to its reports. With `watched`, the listing that made it ready, a scan that is not whole
-    /// is left for later, and one that was inspected before is left alone. The error: results cannot be written.
-    pub(super) fn one_scan(&mut self, scan: &Path, watched: Option<&Listed>) -> Result<ScanEnd, Diagnostic> {
+    /// One scan, from its bytes to its reports. One that arrived in a watched folder is left for later while it is not whole, and
+    /// left alone where it was inspected before. The error: results cannot be written.
+    pub(super) fn one_scan(&mut self, scan: &Path, watched: Option<Arrival>) -> Result<ScanEnd, Diagnostic> {
         let clock = StageClock::default();
         let (listener, stop) = (self.listener, self.stop);
         let observe = |stage| {
@@ -185,12 +239,37 @@ impl<'a> Sequence<'a> {
         let run = RunContext::new(&stop.now, &observe);
         match self.look_into(scan, watched, &run) {
             Ok(Look::Result(inspected)) => self.hand_in(scan, *inspected, &clock, &run),
+            Ok(Look::Repeated(sha256, before)) => self.repeated(scan, sha256, &before, &clock, &run),
             Ok(Look::End(end)) => Ok(end),
             Err(Cancelled) => Ok(ScanEnd::Dropped),
         }
     }
 
-    fn look_into(&self, scan: &Path, watched: Option<&Listed>, run: &RunContext) -> Result<Look, Cancelled> {
+    /// A scan with the content of one before it: the part was not measured. A result that stands under its own name stays.
+    fn repeated(
+        &mut self,
+        scan: &Path,
+        sha256: String,
+        before: &str,
+        clock: &StageClock,
+        run: &RunContext,
+    ) -> Result<ScanEnd, Diagnostic> {
+        let message = format!("not measured: the scan has the same content as {before}, which was inspected before");
+        let help = "see whether the scanner delivered its last scan once more, and measure this part again";
+        let told = Diagnostic::warning(message).with_help(help);
+        if scan.file_name().is_some_and(|name| name.to_string_lossy() == before) {
+            self.lost(scan, &told);
+            (self.listener)(Event::Problems(vec![told.in_file(scan)]));
+            return Ok(ScanEnd::Repeated(sha256));
+        }
+        let refused = self.examiner.refused(scan, None, &told);
+        Ok(match self.hand_in(scan, refused, clock, run)? {
+            ScanEnd::Done(_) => ScanEnd::Repeated(sha256),
+            end => end,
+        })
+    }
+
+    fn look_into(&self, scan: &Path, watched: Option<Arrival>, run: &RunContext) -> Result<Look, Cancelled> {
         let loaded = load(&self.examiner.plan, scan, run)?;
         let loaded = match (loaded, watched) {
             (Ok(loaded), _) => loaded,
@@ -202,29 +281,37 @@ impl<'a> Sequence<'a> {
             }
         };
         let sha256 = loaded.sha256.clone();
-        if let Some(listed) = watched {
-            if !listed.is_still_so() || loaded.size != listed.size {
-                return Ok(Look::End(ScanEnd::NotYet(NotYet::Changed, None)));
-            }
-            let (plan, part) = (&self.examiner.plan, &self.examiner.part);
-            if let Some(row) = self.results.inspected_as(&sha256, &plan.sha256, &part.cad_sha256) {
-                // A file that an earlier run refused because it was cut off still waits for its rest.
-                let cut_off = if row.refused { self.examiner.cut_off(scan, &loaded, run) } else { None };
-                return Ok(Look::End(match cut_off {
-                    Some(fault) => not_yet(NotYet::CutOff, *fault),
-                    None => {
-                        let inspected_as = row.scan.clone();
-                        (self.listener)(Event::Known { scan: scan.to_path_buf(), inspected_as });
-                        ScanEnd::Known
-                    }
-                }));
-            }
+        if let Some(arrival) = watched
+            && let Some(end) = self.known(scan, &loaded, arrival, run)
+        {
+            return Ok(end);
         }
         Ok(match self.examiner.examine(scan, loaded, watched.is_some(), run)? {
             Examined::Done(inspected) => Look::Result(inspected),
             Examined::CutOff(fault) if watched.is_some() => Look::End(not_yet(NotYet::CutOff, *fault)),
             Examined::CutOff(fault) => Look::Result(Box::new(self.examiner.refused(scan, Some(sha256), &fault))),
         })
+    }
+
+    /// What is to be said of a scan that arrived without inspecting it: it changed meanwhile, or its content was inspected before.
+    fn known(&self, scan: &Path, loaded: &Loaded, arrival: Arrival, run: &RunContext) -> Option<Look> {
+        let Arrival { file, delivered, unwritten } = arrival;
+        if !file.is_still_so() || loaded.size != file.size {
+            return Some(Look::End(ScanEnd::NotYet(NotYet::Changed, None)));
+        }
+        let (plan, part) = (&self.examiner.plan, &self.examiner.part);
+        let row = self.results.inspected_as(&loaded.sha256, &plan.sha256, &part.cad_sha256).filter(|_| !unwritten)?;
+        // A file that an earlier run refused because it was cut off still waits for its rest.
+        let cut_off = if row.refused { self.examiner.cut_off(scan, loaded, run) } else { None };
+        if let Some(fault) = cut_off {
+            return Some(Look::End(not_yet(NotYet::CutOff, *fault)));
+        }
+        let inspected_as = row.scan.clone();
+        if delivered.is_repeated(file, &loaded.sha256, &inspected_as) {
+            return Some(Look::Repeated(loaded.sha256.clone(), inspected_as));
+        }
+        (self.listener)(Event::Known { scan: scan.to_path_buf(), inspected_as });
+        Some(Look::End(ScanEnd::Known))
     }
 
     /// Prints and writes the reports.

@@ -108,6 +108,11 @@ impl FolderWatch {
         why != NotYet::Changed && seen.told.replace(why) != Some(why)
     }
 
+    /// Whether a file in the folder will be handed out: one that was not yet, and was not told to be waited for.
+    pub fn is_to_come(&self, path: &Path) -> bool {
+        self.seen.get(path).is_none_or(|seen| seen.state == State::Settling && seen.told.is_none())
+    }
+
     /// Files that are in sight but not whole.
     pub fn waiting(&self) -> impl Iterator<Item = &Path> {
         self.seen.iter().filter(|(_, seen)| seen.state == State::Waiting).map(|(path, _)| path.as_path())

@@ -73,13 +73,17 @@ fn a_file_cut_off_waits_in_sight_and_is_inspected_when_whole() {
 }
 
 #[test]
-fn the_same_content_is_inspected_once_also_after_a_restart() {
+fn the_same_content_is_inspected_once_and_refused_as_another_part() {
     let project = Project::new();
     let mut running = watch(&project);
     project.write("scans/1.ply", &tiny_scan(1));
     running.wait_for_lines(1);
     project.write("scans/copy.ply", &tiny_scan(1));
-    running.wait_for_words(&["copy.ply was inspected before as 1.ply"]);
+    // A scanner that delivers its buffer again has measured nothing.
+    running.wait_for_lines(2);
+    let refused = project.json("results/copy.json");
+    assert_eq!(refused["status"], "refused");
+    assert!(refused.to_string().contains("not measured: the scan has the same content as 1.ply"), "{refused}");
     let first = stop(running, &project);
     let before = project.files("results");
     let mut running = watch(&project);
@@ -91,12 +95,51 @@ fn the_same_content_is_inspected_once_also_after_a_restart() {
     project.write("scans/2.ply", &tiny_scan(2));
     running.wait_for_lines(1);
     let second = stop(running, &project);
-    assert_eq!((first.len(), second.len(), project.results()), (1, 1, 2));
-    // Another plan is another question: everything is inspected again.
+    assert_eq!((first.len(), second.len(), project.results()), (2, 1, 3));
+    // Another plan is another question: everything is inspected again, each content once.
     project.change_plan(&[("upper_mm = 0.5", "upper_mm = 0.6")]);
     let mut running = watch(&project);
-    running.wait_for_lines(2);
+    running.wait_for_lines(3);
     stop(running, &project);
+    assert!(project.json("results/copy.json").to_string().contains("the same content as 1.ply"));
+}
+
+#[test]
+fn a_scan_delivered_again_under_its_own_name_keeps_its_result_and_is_told() {
+    let project = Project::new();
+    let mut running = watch(&project);
+    project.write("scans/1.ply", &tiny_scan(1));
+    running.wait_for_lines(1);
+    let before = project.json("results/1.json");
+    let file = std::fs::File::options().append(true).open(project.path("scans/1.ply")).unwrap();
+    file.set_modified(std::time::SystemTime::now() + Duration::from_secs(5)).unwrap();
+    running.wait_for_words(&["not measured: the scan has the same content as 1.ply"]);
+    let lines = stop(running, &project);
+    assert_eq!((lines.len(), project.results()), (1, 1));
+    assert_eq!(project.json("results/1.json"), before);
+}
+
+#[test]
+fn a_watch_goes_on_by_the_plan_that_lies_on_the_disk() {
+    let project = Project::new();
+    let mut running = watch(&project);
+    project.write("scans/1.ply", &tiny_scan(1));
+    running.wait_for_lines(1);
+    let plan = project.read("demo.toml");
+    let before = project.json("results/1.json")["plan"]["sha256"].clone();
+    assert!(before.is_string());
+    std::fs::remove_file(project.path("demo.toml")).unwrap();
+    running.wait_for_words(&["trying again until the plan can be used"]);
+    // No scan is begun meanwhile.
+    project.write("scans/2.ply", &tiny_scan(2));
+    project.write("demo.toml", &plan);
+    running.wait_for_words(&["the plan is back"]);
+    running.wait_for_lines(2);
+    project.change_plan(&[("upper_mm = 0.5", "upper_mm = 0.6")]);
+    running.wait_for_words(&["the plan on the disk has changed"]);
+    running.wait_for_lines(4);
+    stop(running, &project);
+    assert_ne!(project.json("results/1.json")["plan"]["sha256"], before);
 }
 
 #[test]

@@ -192,7 +192,7 @@ pub(in crate::gui) fn reload(app: &mut App, path: PathBuf) {
             app.resume_watch = true;
             "the plan was saved; the watch begins anew by it after the part at hand"
         } else {
-            "the plan was saved; the sequence that runs is still judged by the plan as it was"
+            "the plan was saved; the sequence that runs was judged by the plan as it was, and stops"
         };
         app.facts.message = Some(Diagnostic::warning(message));
         return;

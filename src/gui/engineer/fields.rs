@@ -101,12 +101,12 @@ impl Field<'_> {
             label: Some(self.label.to_owned()),
             ..WidgetInfo::text_edit(true, &before, &text, &self.hint)
         });
-        self.frame(
-            ui,
-            &response,
-            focused && self.number && !text.trim().is_empty() && typed_number(&text).is_none(),
-            scope,
-        );
+        let refused = view.refused.clone().filter(|(key, _)| !focused && *key == self.key);
+        let odd = self.number && !text.trim().is_empty() && typed_number(&text).is_none();
+        self.frame(ui, &response, (focused && odd) || refused.is_some(), scope);
+        if let Some((_, typed)) = refused {
+            refused_ui(ui, &response, &typed, scope);
+        }
         if view.focus.as_deref() == Some(self.key) {
             view.focus = None;
             response.request_focus();
@@ -129,6 +129,7 @@ impl Field<'_> {
     fn taken(self, response: &Response, text: String, scope: &mut Scope, view: &mut EngineerView) -> Option<String> {
         let changed = response.changed();
         if response.has_focus() && view.typing.as_ref().is_none_or(|t| t.field != self.key) {
+            view.refused.take_if(|(key, _)| *key == self.key);
             // Everything that is typed into it from now on is one step.
             scope.ask(Action::Edit(Edit::BeginGesture));
             let text = if changed { text.clone() } else { self.full.clone() };
@@ -140,12 +141,41 @@ impl Field<'_> {
         if let Some(typing) = view.typing.as_mut().filter(|t| changed && t.field == self.key) {
             typing.text.clone_from(&text);
         }
+        if self.number
+            && response.lost_focus()
+            && !text.trim().is_empty()
+            && typed_number(&text).is_none()
+            && view.typing.take_if(|t| t.field == self.key).is_some()
+        {
+            // Nor what it was on the way there: 1e4 before 1e400.
+            scope.ask(Action::Edit(Edit::DropGesture));
+            view.refused = Some((self.key.to_owned(), text));
+            return None;
+        }
         if changed && self.commit == Commit::Typed {
             return Some(text);
         }
         let left = response.lost_focus() && self.commit == Commit::Left && text != self.full;
         left.then_some(text)
     }
+}
+
+/// What was typed and is no number, below the field that has its value as before.
+fn refused_ui(ui: &Ui, response: &Response, typed: &str, scope: &Scope) {
+    let typed = clean(typed).chars().take(24).collect::<String>();
+    let text = scope.words.fill("engineer.no_number", &[("typed", &typed)]);
+    let area = egui::Area::new(response.id.with("refused")).order(egui::Order::Foreground);
+    area.fixed_pos(response.rect.left_bottom() + vec2(0.0, 2.0)).constrain(true).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(280.0);
+            ui.horizontal_top(|ui| {
+                let (square, _) = ui.allocate_exact_size(Vec2::splat(16.0), egui::Sense::hover());
+                sign::problem(ui.painter(), square, true, scope.theme);
+                let text = RichText::new(text).size(size::NOTE).color(scope.theme.text);
+                ui.add(egui::Label::new(text).wrap());
+            });
+        });
+    });
 }
 
 /// Who comes into a field by Tab or click types over what stands there, or goes on in it with the arrows.
@@ -248,7 +278,8 @@ pub fn worst(problems: &[&PlanProblem]) -> Option<Severity> {
 
 /// A number as a person would type it: all its digits, the language's decimal sign.
 pub fn plain_number(words: &Words, value: f64) -> String {
-    let text = format!("{value}");
+    // Nobody reads three hundred zeros.
+    let text = if value.abs() >= 1e15 { format!("{value:e}") } else { format!("{value}") };
     // The decimal sign of a language is that of its numbers with one decimal.
     let comma = words.number(0.5, 1).contains(',');
     if comma { text.replace('.', ",") } else { text }

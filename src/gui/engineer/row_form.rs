@@ -280,7 +280,7 @@ impl Row<'_> {
             _ => None,
         };
         let is_limit = matches!(key, "lower_mm" | "upper_mm");
-        let shown = |v: f64| match (has_three_decimals(v), is_limit) {
+        let shown = |v: f64| match (has_three_decimals(v) && v.abs() < 1e6, is_limit) {
             (true, true) => words.signed_mm(v),
             (true, false) => words.number(v, 3),
             (false, _) => plain_number(words, v),

@@ -197,6 +197,8 @@ pub struct EngineerView {
     pub pane: Pane,
     /// The field that is typed into.
     pub typing: Option<Typing>,
+    /// The field that was left with something in it that is no number, and what that was.
+    pub refused: Option<(String, String)>,
     /// The field that gets the focus in the next frame.
     pub focus: Option<String>,
     /// The 3D view.
@@ -239,6 +241,7 @@ impl EngineerView {
         self.section = if list == List::Feature { Section::Alignment } else { Section::Points };
         self.chosen = Chosen::one(list, row);
         self.draft = None;
+        self.refused = None;
     }
 
     /// The form comes into sight where one thing is shown at a time.
@@ -286,6 +289,7 @@ impl EngineerView {
     /// Opens the dialog for saving, or shuts it.
     pub(super) fn ask_to_save(&mut self, editing: Option<&Editing>) {
         self.save_fault = None;
+        self.refused = None;
         self.saving = editing.filter(|e| e.errors() == 0).map(|editing| SaveForm {
             revision: super::save::next_revision(&super::save::revision(editing)),
             ..SaveForm::default()

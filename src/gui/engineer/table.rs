@@ -11,6 +11,7 @@ use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::theme::size;
 use crate::gui::widgets::words as write;
+use crate::gui::widgets::words::fitting_size;
 use crate::plan::document::{FieldValue, List, RowInfo};
 use egui::{
     Align2, EventFilter, Id, Key, Modifiers, Rect, Response, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind,
@@ -191,13 +192,19 @@ fn cells_ui(ui: &mut Ui, line: Rect, info: &RowInfo, list: List, breadth: Breadt
     let (theme, words) = (scope.theme, scope.words);
     let with_limits = breadth == Breadth::Wide && list == List::Comparison;
     let limit = |key: &str| match info.value(key) {
+        Some(FieldValue::Number(v)) if v.abs() >= 1e6 => super::fields::plain_number(words, *v),
         Some(FieldValue::Number(v)) => words.signed_mm(*v),
         _ => "–".to_owned(),
     };
     let texts = [info.name.clone(), labels::choice(words, &info.kind).to_owned(), limit("lower_mm"), limit("upper_mm")];
     for (k, (at, text)) in columns(line, with_limits).into_iter().zip(texts).enumerate() {
         let align = if k < 2 { Align2::LEFT_CENTER } else { Align2::RIGHT_CENTER };
-        let font = if k == 1 { fonts::regular(size::TABLE) } else { fonts::mono(size::TABLE) };
+        let font = match k {
+            0 => fonts::mono(size::TABLE),
+            1 => fonts::regular(size::TABLE),
+            // A number that is cut is another one.
+            _ => fonts::mono(fitting_size(ui, &text, fonts::mono, at.width() - 4.0, size::TABLE, 6.0)),
+        };
         let painter = ui.painter_at(at.intersect(ui.clip_rect()));
         painter.text(align.pos_in_rect(&at), align, text, font, theme.text);
     }

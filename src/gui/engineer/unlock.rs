@@ -15,7 +15,7 @@ use egui::{Button, Id, Key, Rect, RichText, TextEdit, Ui, Vec2, vec2};
 pub fn unlock_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView) {
     let first = scope.settings.password.is_none();
     let all = ui.max_rect();
-    let height = if first { 350.0 } else { 360.0 };
+    let height = if first { 380.0 } else { 372.0 };
     let size = vec2(520.0_f32.min(all.width() - 32.0), f32::min(height, all.height() - 16.0));
     let card = Rect::from_center_size(all.center(), size);
     cards::card(ui, card, scope.theme);

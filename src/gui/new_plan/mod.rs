@@ -267,7 +267,7 @@ fn foot_ui(ui: &mut Ui, foot: Rect, scope: &mut Scope, assistant: &mut Assistant
     let may = missing.is_none() && !assistant.writing.is_busy();
     let weight = if may { Weight::Main } else { Weight::Quiet };
     let (next, colour) = buttons::at(ui, "next", button(0.0), weight, may, name, scope.theme);
-    let points = write::fitting_size(ui, name, fonts::semibold, wide - 12.0, size::BAR, 11.0);
+    let points = write::fitting_size(ui, name, fonts::semibold, wide - 20.0, size::BAR, 11.0);
     ui.painter().text(button(0.0).center(), Align2::CENTER_CENTER, name, fonts::semibold(points), colour);
     if next.clicked() {
         scope.ask(Action::NewPlan(if last { Command::Run } else { Command::Go(step.next()) }));

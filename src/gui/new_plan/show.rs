@@ -48,6 +48,8 @@ impl std::fmt::Debug for Show {
 }
 
 const MARGIN: [f64; 2] = [40.0, 40.0];
+/// What the buttons for standard views take in the upper right corner.
+const BUTTONS: f32 = 320.0;
 
 /// Draws a view into a place.
 pub fn show_ui(ui: &mut Ui, at: Rect, what: What<'_>, show: &mut Show, scope: &Scope) {
@@ -128,7 +130,7 @@ fn scene_ui(
         material(ui, at, content, side, &to_window, &towards, scope);
     }
     axes(&ui.painter_at(at), &camera, at, scope.theme);
-    let bar = Rect::from_min_max(pos2(at.right() - 320.0, at.top() + 6.0), pos2(at.right() - 8.0, at.top() + 40.0));
+    let bar = Rect::from_min_max(pos2(at.right() - BUTTONS, at.top() + 6.0), pos2(at.right() - 8.0, at.top() + 40.0));
     let builder = egui::UiBuilder::new().max_rect(bar).layout(Layout::right_to_left(Align::Center));
     ui.scope_builder(builder, |ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -172,7 +174,9 @@ fn material(
     }
     let text = scope.words.text("new_plan.arrows");
     let wide = write::width(ui, text, fonts::regular(size::TABLE)) + 20.0;
-    let plate = Rect::from_min_size(at.left_top() + vec2(10.0, 10.0), vec2(wide, 26.0));
+    // Below the buttons where both have no room beside each other.
+    let down = if wide + 20.0 + BUTTONS > at.width() { 46.0 } else { 10.0 };
+    let plate = Rect::from_min_size(at.left_top() + vec2(10.0, down), vec2(wide.min(at.width() - 20.0), 26.0));
     painter.rect(plate, 4, scope.theme.panel, Stroke::new(1.0, scope.theme.stroke), egui::StrokeKind::Inside);
     painter.text(plate.center(), Align2::CENTER_CENTER, text, fonts::regular(size::TABLE), scope.theme.text);
 }

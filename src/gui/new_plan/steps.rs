@@ -37,8 +37,8 @@ pub fn fault(ui: &mut Ui, text: &str, error: bool, theme: &Theme) {
 fn found(ui: &mut Ui, label: &str, value: &str, theme: &Theme) {
     ui.horizontal(|ui| {
         let column = egui::Layout::left_to_right(egui::Align::Center);
-        ui.allocate_ui_with_layout(vec2(160.0, 22.0), column, |ui| {
-            ui.set_min_width(160.0);
+        ui.allocate_ui_with_layout(vec2(176.0, 22.0), column, |ui| {
+            ui.set_min_width(176.0);
             ui.label(RichText::new(label).color(theme.quiet));
         });
         ui.add(egui::Label::new(RichText::new(value).font(fonts::mono(size::BODY))).wrap());

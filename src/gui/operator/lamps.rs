@@ -145,6 +145,10 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
     if let Some((scan, _)) = &facts.troubles.results {
         lamps.push(Lamp::without_result(Sign::Refused, stem(scan)));
     }
+    let at_hand = running.and_then(|r| r.scan.as_ref()).map(|scan| &scan.path);
+    for unfinished in facts.troubles.unfinished.iter().filter(|unfinished| Some(&unfinished.scan) != at_hand) {
+        lamps.push(Lamp::without_result(Sign::NotMeasured, stem(&unfinished.scan)));
+    }
     let surplus = lamps.len().saturating_sub(count);
     lamps.drain(..surplus);
     let to_come: &[_] = match (&facts.scans, running) {

@@ -55,11 +55,15 @@ pub fn places(inside: Rect) -> Places {
     let size = inside.size();
     match size {
         s if s.x < 800.0 || s.y < 420.0 => bare(inside),
+        s if s.x < 1200.0 && s.y >= TALL => tall_column(inside),
         s if s.x < 1200.0 || s.y < 600.0 => column(inside),
         s if s.x < 1600.0 || s.y < 860.0 => compact(inside),
         _ => full(inside),
     }
 }
+
+/// The height from which one column has room for the small cards, too.
+const TALL: f32 = 840.0;
 
 /// A rectangle by its edges.
 fn edges(left: f32, top: f32, right: f32, bottom: f32) -> Rect {
@@ -162,6 +166,41 @@ fn column(inside: Rect) -> Places {
     }
 }
 
+/// One column with everything in it. What is spare goes to the verdict up to a height, then to the worst points.
+fn tall_column(inside: Rect) -> Places {
+    let gap = 12.0;
+    let (left, right) = (inside.left() + gap, inside.right() - gap);
+    let half = 0.5 * (right - left - gap);
+    let loaded = edges(left, inside.top() + 4.0, right, inside.top() + 52.0);
+    let lamps = edges(left, inside.bottom() - 8.0 - 100.0, right, inside.bottom() - 8.0);
+    let (top, bottom) = (loaded.bottom() + 4.0, lamps.top() - gap);
+    let (run, small, worst) = (104.0, 90.0, 112.0);
+    let spare = bottom - top - (run + 2.0 * small + worst + 4.0 * gap);
+    let verdict = edges(left, top, right, top + spare.min(330.0));
+    let pair = |from: f32, high: f32| {
+        [edges(left, from, left + half, from + high), edges(right - half, from, right, from + high)]
+    };
+    let [run, now] = pair(verdict.bottom() + gap, run);
+    let [takt, waiting] = pair(run.bottom() + gap, small);
+    let [watch, show] = pair(takt.bottom() + gap, small);
+    let worst = edges(left, watch.bottom() + gap, right, bottom);
+    Places {
+        form: Form::Column,
+        loaded: Some(loaded),
+        verdict,
+        run,
+        now,
+        worst: Some(worst),
+        worst_rows: (((worst.height() - 50.0) / 48.0) as usize).clamp(2, 8),
+        takt: Some(takt),
+        waiting: Some(waiting),
+        watch: Some(watch),
+        show: Some(show),
+        lamps: Some(lamps),
+        lamp_count: 8,
+    }
+}
+
 fn bare(inside: Rect) -> Places {
     let gap = 8.0;
     let inner = inside.shrink(gap);
@@ -240,6 +279,7 @@ mod tests {
             (vec2(1920.0, 980.0), vec2(592.0, 132.0), vec2(90.0, 80.0)),
             (vec2(1280.0, 708.0), vec2(420.0, 104.0), vec2(59.0, 70.0)),
             (vec2(800.0, 508.0), vec2(380.0, 104.0), vec2(88.0, 60.0)),
+            (vec2(900.0, 908.0), vec2(420.0, 104.0), vec2(88.0, 60.0)),
         ] {
             let places = places(Rect::from_min_size(pos2(0.0, 0.0), size));
             assert!(places.run.width() >= run.x && places.run.height() >= run.y, "{size}: {:?}", places.run);

@@ -25,9 +25,14 @@ pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope, pictures: &mut Painter
     let inside = ui.max_rect();
     let mut places = layout::places(inside);
     let head = inside.with_max_y(inside.top() + messages::HEIGHT);
-    match (scope.facts.message.is_some(), places.loaded) {
-        // A message takes the place of what is loaded, so that neither verdict nor button moves.
-        (true, Some(_)) => messages::place_ui(ui, head, scope),
+    // What the verdict's card says is not said twice.
+    let message = scope.facts.message.is_some() && !verdict::tells_the_message(scope);
+    match (message, places.loaded) {
+        // A message stands beside what part it is, so that neither verdict nor button moves.
+        (true, Some(place)) => {
+            let end = loaded::who_ui(ui, place, scope);
+            messages::place_ui(ui, head.with_min_x(end + 16.0), scope);
+        }
         (true, None) => {
             places = layout::places(inside.with_min_y(head.bottom()));
             messages::place_ui(ui, head, scope);
@@ -35,7 +40,7 @@ pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope, pictures: &mut Painter
         (false, Some(place)) => loaded::loaded_ui(ui, place, scope),
         (false, None) => {}
     }
-    verdict::verdict_ui(ui, place_of(places.verdict), places.form, scope);
+    verdict::verdict_ui(ui, place_of(places.verdict), &places, scope);
     run_button::run_ui(ui, places.run, scope);
     now::now_ui(ui, places.now, places.form, scope);
     if let Some(place) = places.worst {

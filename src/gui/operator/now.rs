@@ -1,7 +1,6 @@
 //! What goes on now: the part at hand, its stage, how long it takes. It never colours the verdict.
 
 use super::layout::Form;
-use crate::diagnostic::Diagnostic;
 use crate::gui::facts::{Job, Running};
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
@@ -14,6 +13,7 @@ use crate::inspect::Outcome;
 use crate::report::words::{capital, clean};
 use crate::run::Stage;
 use egui::{Align2, Rect, Ui, pos2};
+use std::path::Path;
 use std::time::Duration;
 
 /// The steps of a part as people count them.
@@ -160,14 +160,16 @@ fn idle_title(scope: &Scope) -> String {
 /// The lines below the steps, and how many of them there may be.
 fn note(scope: &Scope) -> (String, usize) {
     let (facts, words) = (scope.facts, scope.words);
-    let trouble = |d: &Diagnostic| (capital(&sentence(d, words)), 3);
-    if let Some((_, lost)) = &facts.troubles.results {
-        return trouble(lost);
+    // Why there is no verdict stands on the verdict's card.
+    if facts.troubles.results.is_some() || facts.troubles.plan.is_some() {
+        return (words.text("operator.trying_again").to_owned(), 1);
     }
-    if let Some((scan, why)) = &facts.troubles.waiting {
-        let name = scan.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let values = [("scan", clean(&name)), ("why", clean(&words.library(&why.message)))];
-        return (words.fill("operator.not_whole", &values.each_ref().map(|(k, v)| (*k, v.as_str()))), 3);
+    if let Some(unfinished) = facts.troubles.unfinished.last() {
+        let name = |scan: &Path| scan.file_name().map(|n| clean(&n.to_string_lossy())).unwrap_or_default();
+        let names: Vec<String> = facts.troubles.unfinished.iter().map(|u| name(&u.scan)).collect();
+        let values = [("scan", names.join(", ")), ("why", clean(&words.library(&unfinished.why.message)))];
+        let key = if names.len() == 1 { "operator.not_whole" } else { "operator.several_not_whole" };
+        return (words.fill(key, &values.each_ref().map(|(k, v)| (*k, v.as_str()))), 3);
     }
     match &facts.job {
         Job::Running(running) => (running_note(running, scope), 2),
@@ -195,8 +197,9 @@ fn idle_note(scope: &Scope) -> String {
     let facts = scope.facts;
     if let Some(end) = &facts.last_end {
         return match &end.error {
+            // The reason stands on the verdict's card, its place here.
+            Some(error) if facts.failure().is_some() => error.place().unwrap_or_default(),
             Some(error) => capital(&sentence(error, scope.words)),
-            None if end.unwritten > 0 => scope.words.count("operator.unwritten", end.unwritten),
             None => String::new(),
         };
     }

@@ -18,7 +18,10 @@ use egui::{Align2, Rect, Stroke, Ui, Vec2, pos2, vec2};
 pub(super) fn ready_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &mut Scope) {
     cards::card(ui, place, scope.theme);
     if problems(scope.facts).is_empty() {
-        rows_ui(ui, place, scope.words.text("operator.before"), rows, &checks(scope), scope.theme);
+        // What is needed to go on, once there was a part.
+        let begun = scope.facts.run_from < scope.facts.parts.len();
+        let title = scope.words.text(if begun { "operator.to_go_on" } else { "operator.before" });
+        rows_ui(ui, place, title, rows, &checks(scope), scope.theme);
     } else {
         problems_ui(ui, place, scope);
     }
@@ -98,6 +101,8 @@ fn checks(scope: &Scope) -> Vec<Row> {
         sentence: words.text(key).to_owned(),
         note,
     };
+    let wrong = |key: &str, note: String| Row { sign: RowSign::Wrong, sentence: words.text(key).to_owned(), note };
+    let troubles = &facts.troubles;
     let name = |path: &std::path::Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let points = words.count("operator.points", plan.comparison.len());
     let cad = facts.part.as_ref().map(|part| {
@@ -113,10 +118,20 @@ fn checks(scope: &Scope) -> Vec<Row> {
         }
         _ => String::new(),
     };
+    let unwritten = troubles.results.is_some() || facts.last_end.as_ref().is_some_and(|end| end.unwritten > 0);
     vec![
-        row(true, "operator.plan_is_sound", format!("{}, {points}", name(&plan.path))),
+        match &troubles.plan {
+            None => row(true, "operator.plan_is_sound", format!("{}, {points}", name(&plan.path))),
+            Some(_) => wrong("operator.plan_is_lost", name(&plan.path)),
+        },
         row(cad.is_some(), "operator.cad_is_ready", cad.unwrap_or_default()),
-        row(matches!(&facts.scans, Some(Ok(_))), "operator.folder_is_read", scans),
-        row(true, "operator.results_are_written", plan.output.folder.clone()),
+        match &facts.scans {
+            Some(Ok(_)) if troubles.folder.is_none() => row(true, "operator.folder_is_read", scans),
+            _ => wrong("operator.folder_is_lost", plan.scans.folder.clone()),
+        },
+        match unwritten {
+            false => row(true, "operator.results_are_written", plan.output.folder.clone()),
+            true => wrong("operator.results_are_lost", plan.output.folder.clone()),
+        },
     ]
 }

@@ -74,7 +74,10 @@ pub(super) fn waiting_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
     let (w, theme) = (scope.words, scope.theme);
     cards::card(ui, place, theme);
     let count = match (scope.facts.running(), &scope.facts.scans) {
-        (Some(running), _) => running.waiting,
+        (Some(running), _) => {
+            let at_hand = running.scan.as_ref().map(|scan| &scan.path);
+            running.waiting + scope.facts.troubles.unfinished.iter().filter(|u| Some(&u.scan) != at_hand).count()
+        }
         (None, Some(Ok(scans))) if scope.facts.last_end.is_none() => scans.len(),
         _ => scope.facts.left_over,
     };
@@ -137,7 +140,8 @@ pub(super) fn watch_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     let note = match (scope.facts.running(), on) {
         _ if !can => "operator.watch_needs_plan",
         (Some(running), _) if running.watch != on => "operator.from_next_run",
-        (_, true) => "operator.watch_on",
+        (Some(_), true) => "operator.watch_on",
+        (None, true) => "operator.press_watch",
         (_, false) => "operator.watch_off",
     };
     let note = if place.width() < 280.0 && !on && can { "" } else { w.text(note) };

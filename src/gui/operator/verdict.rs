@@ -1,7 +1,6 @@
 //! The verdict of the last part, to be read from three metres. A running part never changes it; only a finished one does.
 
-use super::layout::Form;
-use crate::diagnostic::Diagnostic;
+use super::layout::{Form, Places};
 use crate::gui::facts::{FinishedPart, Job};
 use crate::gui::fonts;
 use crate::gui::perform::may_run;
@@ -11,7 +10,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::words;
 use crate::inspect::{Inspection, Outcome, Verdict};
-use crate::report::words::{Counts, capital};
+use crate::report::words::{Counts, capital, clean};
 use egui::{Align2, CornerRadius, Rect, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use std::path::Path;
 
@@ -28,15 +27,13 @@ struct Said {
 }
 
 /// Draws the card.
-pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, form: Form, scope: &Scope) {
-    let theme = scope.theme;
+pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, places: &Places, scope: &Scope) {
+    let (theme, form) = (scope.theme, places.form);
     // The newest part of the run, whatever is looked at on other screens; nothing that an earlier run or another plan said.
     let facts = scope.facts;
-    let said = match (facts.judged(), &facts.troubles.results, facts.failure()) {
-        (Some(part), ..) => of_part(part, scope.words),
-        (None, Some((scan, why)), _) => without_verdict(Some(scan), why, scope),
-        (None, None, Some(why)) => without_verdict(None, why, scope),
-        (None, None, None) => before_the_first(scope),
+    let said = match facts.judged() {
+        Some(part) => of_part(part, places.worst.is_some(), scope.words),
+        None => trouble(scope).unwrap_or_else(|| before_the_first(scope)),
     };
     let frame = Stroke::new(4.0, said.sign.colour(theme));
     ui.painter().rect(place, CornerRadius::same(6), said.sign.fill(theme), frame, StrokeKind::Inside);
@@ -65,7 +62,7 @@ fn least_word(form: Form) -> f32 {
         Form::Full => 150.0,
         Form::Compact => 110.0,
         Form::Column => 64.0,
-        Form::Bare => 48.0,
+        Form::Bare => 40.0,
     }
 }
 
@@ -100,7 +97,7 @@ fn sizes(form: Form) -> (f32, f32, f32) {
         Form::Full => (28.0, size::NOW, size::HEADER),
         Form::Compact => (size::HEADER - 2.0, size::HEADER, size::CARD),
         Form::Column => (size::CARD, size::CARD, size::BODY),
-        Form::Bare => (size::BODY, size::BODY, 0.0),
+        Form::Bare => (size::BODY, size::BODY, size::NOTE),
     }
 }
 
@@ -136,11 +133,12 @@ fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
     words::line(ui, room, Align2::LEFT_CENTER, &said.word, fonts::bold(fit), said.sign.text_colour(theme));
 }
 
-fn of_part(part: &FinishedPart, words: &Words) -> Said {
+/// With a card of its own for what to do about a refused scan, this one leaves that out.
+fn of_part(part: &FinishedPart, has_help: bool, words: &Words) -> Said {
     let sign = Sign::of(&part.result);
     let word = sign.word(words).to_owned();
     let index = words.thousands(part.index);
-    let scan = crate::report::words::clean(part.scan_name());
+    let scan = clean(&scan_words(part));
     let values = [("n", index.as_str()), ("scan", scan.as_str())];
     let of = part.of.map(|of| words.thousands(of));
     let (header, name) = match &of {
@@ -155,9 +153,20 @@ fn of_part(part: &FinishedPart, words: &Words) -> Said {
     };
     let (sentence, note) = match &part.result.outcome {
         Outcome::Measured(inspection) => measured(inspection, words),
-        Outcome::Refused(refusal) => (words.told(&refusal.reason), words.told(&refusal.help)),
+        Outcome::Refused(refusal) if has_help => (words.told(part.reason(refusal)), String::new()),
+        Outcome::Refused(refusal) => (words.told(part.reason(refusal)), words.told(&refusal.help)),
     };
     Said { sign, header, word, sentence, note, name }
+}
+
+/// The scan's name, with its folder where that is not the plan's.
+fn scan_words(part: &FinishedPart) -> String {
+    let folder =
+        part.scan_path.parent().filter(|folder| *folder != part.plan.scans.path && part.scan_path.is_absolute());
+    match folder.and_then(Path::file_name) {
+        Some(folder) => Path::new(folder).join(part.scan_name()).display().to_string(),
+        None => part.scan_name().to_owned(),
+    }
 }
 
 /// What decided the verdict, and what else there was; what to do comes first where something is to be done.
@@ -194,16 +203,42 @@ fn measured(inspection: &Inspection, words: &Words) -> (String, String) {
     (sentence, note)
 }
 
-/// There should be a verdict, and there is none: results cannot be written, or the run could not begin.
-fn without_verdict(scan: Option<&Path>, why: &Diagnostic, scope: &Scope) -> Said {
-    let words = scope.words;
+/// Whether the card says why there is no verdict in the words of the message at hand.
+pub(super) fn tells_the_message(scope: &Scope) -> bool {
+    let facts = scope.facts;
+    let troubles = &facts.troubles;
+    let lost = troubles.results.as_ref().map(|(_, why)| why);
+    let why = lost.or(troubles.plan.as_ref()).or_else(|| facts.failure()).filter(|_| facts.judged().is_none());
+    why.zip(facts.message.as_ref()).is_some_and(|(why, message)| why.message == message.message)
+}
+
+/// Why there is no verdict though there should be one.
+fn trouble(scope: &Scope) -> Option<Said> {
+    let (facts, words) = (scope.facts, scope.words);
+    if let Some((scan, why)) = &facts.troubles.results {
+        return Some(without_verdict(Some(scan), &words.told(&why.message), why.help.as_deref(), words));
+    }
+    if let Some(why) = &facts.troubles.plan {
+        let plan = facts.plan_path.as_deref();
+        return Some(without_verdict(plan, &words.told(&why.message), why.help.as_deref(), words));
+    }
+    if let Some(unfinished) = facts.troubles.no_verdict_for() {
+        let scan = unfinished.scan.file_name().map(|name| clean(&name.to_string_lossy())).unwrap_or_default();
+        let sentence = words.fill("operator.scan_not_whole", &[("scan", &scan)]);
+        return Some(without_verdict(Some(&unfinished.scan), &sentence, unfinished.why.help.as_deref(), words));
+    }
+    facts.failure().map(|why| without_verdict(None, &words.told(&why.message), why.help.as_deref(), words))
+}
+
+/// There should be a verdict, and there is none: of which scan, or that the run could not begin, why, and what to do.
+fn without_verdict(scan: Option<&Path>, sentence: &str, help: Option<&str>, words: &Words) -> Said {
     let header = match scan.and_then(Path::file_name) {
-        Some(name) => crate::report::words::clean(&name.to_string_lossy()),
+        Some(name) => clean(&name.to_string_lossy()),
         None => words.text("operator.ended_early").to_owned(),
     };
     let word = words.text("verdict.no_verdict").to_owned();
-    let note = why.help.as_deref().map(capital).unwrap_or_default();
-    Said { sign: Sign::Refused, header, name: word.clone(), word, sentence: capital(&why.message), note }
+    let note = help.map(|help| words.told(help)).unwrap_or_default();
+    Said { sign: Sign::Refused, header, name: word.clone(), word, sentence: sentence.to_owned(), note }
 }
 
 /// Nothing was inspected since the plan was opened.

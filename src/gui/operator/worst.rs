@@ -1,6 +1,5 @@
 //! The worst points of the last part, in words.
 
-use crate::diagnostic::Refusal;
 use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
@@ -22,13 +21,17 @@ pub(super) fn worst_ui(ui: &mut Ui, place: Rect, rows: usize, scope: &Scope) {
             rows_ui(ui, place, &scope.words.fill(title, &[("n", &n)]), rows, &lines, scope.theme);
         }
         Outcome::Refused(refusal) => {
-            refused_ui(ui, place, &scope.words.fill("operator.why_refused", &[("n", &n)]), refusal, scope);
+            let title = scope.words.fill("operator.to_do_refused", &[("n", &n)]);
+            refused_ui(ui, place, &title, part.reason(refusal), &refusal.help, scope);
         }
     }
 }
 
-/// Why a scan was refused and what to do, whole.
-fn refused_ui(ui: &mut Ui, place: Rect, title: &str, refusal: &Refusal, scope: &Scope) {
+/// Letters of a reason that the verdict's card shows whole at every size.
+const SHORT: usize = 100;
+
+/// What to do about a scan that was refused; below it a reason that is too long for the verdict's card.
+fn refused_ui(ui: &mut Ui, place: Rect, title: &str, reason: &str, help: &str, scope: &Scope) {
     let theme = scope.theme;
     let inner = place.shrink2(vec2(20.0, 8.0));
     let head = inner.with_max_y(inner.top() + if place.height() > 150.0 { 34.0 } else { 22.0 });
@@ -37,14 +40,17 @@ fn refused_ui(ui: &mut Ui, place: Rect, title: &str, refusal: &Refusal, scope: &
     let rest = inner.with_min_y(head.bottom() + 8.0);
     let [large, small] = if place.height() > 150.0 { [20.0, size::BAR] } else { [size::BODY, size::BODY] };
     let rows = |height: f32, points: f32| ((height / (1.3 * points)) as usize).max(1);
-    let reason = scope.words.told(&refusal.reason);
-    let upper = rest.with_max_y(rest.top() + 0.6 * rest.height());
+    let reason = scope.words.told(reason);
+    let long = reason.chars().count() > SHORT;
+    let upper = rest.with_max_y(rest.top() + if long { 0.6 } else { 1.0 } * rest.height());
     let lines = rows(upper.height(), large);
-    let told = words::block(ui, upper, Align2::LEFT_TOP, &reason, fonts::semibold(large), theme.text, lines);
+    let help = scope.words.told(help);
+    let told = words::block(ui, upper, Align2::LEFT_TOP, &help, fonts::semibold(large), theme.text, lines);
     let lower = rest.with_min_y(told.bottom() + 8.0);
-    let help = scope.words.told(&refusal.help);
-    let lines = rows(lower.height(), small);
-    words::block(ui, lower, Align2::LEFT_TOP, &help, fonts::regular(small), theme.text, lines);
+    if long && lower.height() >= small {
+        let lines = rows(lower.height(), small);
+        words::block(ui, lower, Align2::LEFT_TOP, &reason, fonts::regular(small), theme.quiet, lines);
+    }
 }
 
 /// One row: sign, sentence, note.
@@ -66,6 +72,8 @@ pub(super) enum RowSign {
     Check,
     /// Not known yet.
     Open,
+    /// Something that is needed and is not there.
+    Wrong,
 }
 
 /// Title and rows of a card, spread over its height.
@@ -91,6 +99,7 @@ pub(super) fn rows_ui(ui: &mut Ui, place: Rect, title: &str, rows: usize, lines:
         match row.sign {
             RowSign::Verdict(verdict) => verdict.paint(ui.painter(), sign, theme),
             RowSign::Check => crate::gui::widgets::sign::check(ui.painter(), sign.center(), 0.6 * side, theme.text),
+            RowSign::Wrong => crate::gui::widgets::sign::problem(ui.painter(), sign.shrink(2.0), true, theme),
             RowSign::Open => Sign::None.paint(ui.painter(), sign.shrink(4.0), theme),
         }
         let text = place.with_min_x(inner.left() + 56.0);

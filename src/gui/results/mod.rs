@@ -223,15 +223,22 @@ pub(super) fn results_ui(ui: &mut Ui, scope: &mut Scope, view: &mut ResultsView)
 
 /// Why the scan was refused and what to do.
 fn refused_ui(ui: &mut Ui, places: &Places, refusal: &crate::diagnostic::Refusal, scope: &Scope) {
-    let others = [places.table, places.why, places.trend, places.histogram].into_iter().chain(places.cad);
-    let at = others.fold(places.map, Rect::union);
+    // There are no tabs either.
+    let others = [places.table, places.why, places.trend, places.histogram].into_iter();
+    let at = others.chain(places.cad).chain(places.tabs).fold(places.map, Rect::union);
     cards::card(ui, at, scope.theme);
-    let text = Rect::from_center_size(at.center(), vec2((at.width() - 80.0).min(800.0), 200.0));
+    let room = at.shrink2(vec2(if at.width() < 640.0 { 16.0 } else { 40.0 }, 12.0));
+    let low = room.height() < 260.0;
+    let (large, small) = if low { (size::CARD, size::BODY) } else { (size::HEADER, size::CARD) };
+    let text = Rect::from_center_size(room.center(), vec2(room.width().min(800.0), room.height().min(260.0)));
+    let rows = |height: f32, points: f32| ((height / (1.35 * points)) as usize).max(1);
     let reason = scope.words.told(&refusal.reason);
-    let first = write::block(ui, text, Align2::CENTER_TOP, &reason, fonts::semibold(size::HEADER), scope.theme.text, 4);
+    let lines = rows(0.6 * text.height(), large).min(4);
+    let first = write::block(ui, text, Align2::CENTER_TOP, &reason, fonts::semibold(large), scope.theme.text, lines);
     let help = scope.words.told(&refusal.help);
-    let below = text.with_min_y(first.bottom() + 16.0);
-    write::block(ui, below, Align2::CENTER_TOP, &help, fonts::regular(size::CARD), scope.theme.quiet, 4);
+    let below = text.with_min_y(first.bottom() + if low { 8.0 } else { 16.0 });
+    let lines = rows(below.height(), small).min(4);
+    write::block(ui, below, Align2::CENTER_TOP, &help, fonts::regular(small), scope.theme.quiet, lines);
 }
 
 fn measured_ui(

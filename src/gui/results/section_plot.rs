@@ -173,6 +173,8 @@ fn paint_words(
     (words, theme): (&Words, &Theme),
 ) {
     let font = fonts::regular(size::NOTE);
+    let long_mm = if frame.reach_mm > 12.0 { 5.0 } else { 1.0 };
+    let right = inside.right() - 8.0;
     let mut legend = vec![(words.text("results.section_nominal"), theme.text, true)];
     if point.measurement.is_some() {
         legend.push((words.text("results.section_measured"), Sign::from(point.verdict).colour(theme), false));
@@ -195,11 +197,12 @@ fn paint_words(
     if scale.rise > 1.0 {
         let text = words.fill("results.section_heights", &[("n", &words.number(f64::from(scale.rise), 0))]);
         let wide = write::width(ui, &text, font.clone()) + 2.0;
+        // Above the others where the scale's bar begins too soon.
+        let fits = x + wide + 12.0 <= right - (long_mm * scale.px_per_mm).max(60.0);
+        let (x, y) = if fits { (x, y) } else { (inside.left() + 8.0, y - 17.0) };
         let place = Rect::from_center_size(pos2(x + 0.5 * wide, y), vec2(wide, 16.0));
         write::line(ui, place, Align2::LEFT_CENTER, &text, font.clone(), theme.quiet);
     }
-    let long_mm = if frame.reach_mm > 12.0 { 5.0 } else { 1.0 };
-    let right = inside.right() - 8.0;
     let ends = [pos2(right - long_mm * scale.px_per_mm, y), pos2(right, y)];
     ui.painter().line_segment(ends, Stroke::new(2.0, theme.text));
     let place = Rect::from_min_max(pos2(right - 60.0, y - 20.0), pos2(right, y - 4.0));

@@ -77,33 +77,43 @@ pub fn markers(painter: &Painter, marks: &[Mark], places: &[Option<Placed>], cho
 
 /// One marker: its form tells the kind, its colour the verdict; without a value it is dashed and empty.
 pub fn marker(painter: &Painter, kind: &str, verdict: Verdict, pos: Pos2, theme: &Theme) {
-    form(painter, kind, theme.verdict(verdict), verdict == Verdict::NotMeasured, pos);
+    if verdict == Verdict::NotMeasured {
+        empty_form(painter, kind, theme.verdict(verdict), theme.panel, pos);
+    } else {
+        form(painter, kind, theme.verdict(verdict), pos);
+    }
 }
 
-/// The form of a kind in a colour, with a white rim; `empty`: dashed.
-pub fn form(painter: &Painter, kind: &str, colour: Color32, empty: bool, pos: Pos2) {
-    let white = Color32::WHITE;
+/// A triangle around a place.
+fn triangle(pos: Pos2, r: f32) -> [Pos2; 3] {
+    [vec2(0.0, -r), vec2(1.05 * r, 0.78 * r), vec2(-1.05 * r, 0.78 * r)].map(|v| pos + v)
+}
+
+/// The form of a kind, dashed and empty: `ground` shows between the dashes, whatever lies behind.
+fn empty_form(painter: &Painter, kind: &str, colour: Color32, ground: Color32, pos: Pos2) {
     let dashes = |points: &[Pos2]| Shape::dashed_line(points, Stroke::new(1.8, colour), 3.0, 2.2);
-    match (kind, empty) {
-        ("edge", _) => {
-            let triangle =
-                |r: f32| [vec2(0.0, -r), vec2(1.05 * r, 0.78 * r), vec2(-1.05 * r, 0.78 * r)].map(|v| pos + v);
-            painter.add(Shape::convex_polygon(triangle(8.4).to_vec(), white, Stroke::NONE));
-            let [a, b, c] = triangle(5.8);
-            if empty {
-                painter.extend(dashes(&[a, b, c, a]));
-            } else {
-                painter.add(Shape::convex_polygon(vec![a, b, c], colour, Stroke::NONE));
-            }
+    if kind == "edge" {
+        painter.add(Shape::convex_polygon(triangle(pos, 8.4).to_vec(), ground, Stroke::NONE));
+        let [a, b, c] = triangle(pos, 5.8);
+        painter.extend(dashes(&[a, b, c, a]));
+    } else {
+        painter.circle_filled(pos, 7.2, ground);
+        let ring = (0..=24).map(|k| pos + 5.0 * egui::Vec2::angled(k as f32 * std::f32::consts::TAU / 24.0));
+        painter.extend(dashes(&ring.collect::<Vec<_>>()));
+    }
+}
+
+/// The form of a kind in a colour, with a white rim.
+pub fn form(painter: &Painter, kind: &str, colour: Color32, pos: Pos2) {
+    let white = Color32::WHITE;
+    match kind {
+        "edge" => {
+            painter.add(Shape::convex_polygon(triangle(pos, 8.4).to_vec(), white, Stroke::NONE));
+            painter.add(Shape::convex_polygon(triangle(pos, 5.8).to_vec(), colour, Stroke::NONE));
         }
-        ("hole", false) => {
+        "hole" => {
             painter.circle_filled(pos, 6.8, white);
             painter.circle_stroke(pos, 4.3, Stroke::new(2.6, colour));
-        }
-        (_, true) => {
-            painter.circle_filled(pos, 7.2, white);
-            let ring = (0..=24).map(|k| pos + 5.0 * egui::Vec2::angled(k as f32 * std::f32::consts::TAU / 24.0));
-            painter.extend(dashes(&ring.collect::<Vec<_>>()));
         }
         _ => {
             painter.circle_filled(pos, 6.6, white);

@@ -44,10 +44,24 @@ impl Library {
                 library.patterns.push(pattern);
             }
         }
+        library.sorted()
+    }
+
+    /// The library's own language: what a catalogue tells of its sentences' values, in their own words.
+    pub(super) fn own(catalogue: &str) -> Self {
+        let mut library = Self::read(catalogue);
+        library.whole.clear();
+        library.patterns = library.patterns.into_iter().map(Pattern::in_its_own_words).collect();
+        library.joints = JOINTS.map(|joint| [joint.to_owned(), joint.to_owned()]);
+        library
+    }
+
+    fn sorted(mut self) -> Self {
+        let library = &mut self;
         library.patterns.sort_by_key(|pattern| std::cmp::Reverse(pattern.own_letters()));
         library.joints =
             JOINTS.map(|joint| [joint.to_owned(), library.whole.get(joint).map_or(joint, String::as_str).to_owned()]);
-        library
+        self
     }
 
     /// The sentence in this language, numbers by the function given; `None` where it is not known.

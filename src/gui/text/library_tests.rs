@@ -286,15 +286,27 @@ fn numbers_are_written_as_the_language_does_and_names_stay() {
         "kanten på själva platsen ligger \u{2212}0,8 mm från kanten bredvid"
     );
     assert_eq!(de("datum 1.5 not measured"), "Bezug 1.5 nicht gemessen");
-    let english = "the scan holds 12 points, at least 1000 are needed";
-    assert!(
-        matches!(Words::of(Language::English).library(english), std::borrow::Cow::Borrowed(text) if text == english)
+    let en = |text| told(Language::English, text);
+    assert_eq!(
+        en("the scan holds 12 points, at least 1000 are needed"),
+        "the scan holds 12 points, at least 1,000 are needed"
     );
+    assert_eq!(
+        en("datum 12345 not measured: no hole within ±3.0 mm of its place"),
+        "datum 12345 not measured: no hole within ±3.0 mm of its place"
+    );
+    assert_eq!(en("make room, or give another folder with --out"), "make room, or give another folder");
 }
 
 #[test]
 fn sentences_within_sentences_are_translated() {
     let de = |text: &str| told(Language::German, text);
+    assert_eq!(
+        de(
+            "A.ply: no points found, expected a measured cloud; 2 of 2 views cannot be used, expected two or more that can be merged"
+        ),
+        "A.ply: keine Punkte gefunden; erwartet eine gemessene Punktwolke; 2 von 2 Ansichten sind unbrauchbar, nötig sind zwei oder mehr, die sich zusammenführen lassen"
+    );
     assert_eq!(
         de(
             "datum A; B: C not measured: no hole within ±3.0 mm of its place; datum S1 not measured: the points show no slot here"

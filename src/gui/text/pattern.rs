@@ -108,6 +108,15 @@ impl Pattern {
         Some(Self { literals, kinds: kinds?, pieces })
     }
 
+    /// The same in the words of the template: only its numbers are written as a language does.
+    pub(super) fn in_its_own_words(self) -> Self {
+        let mut pieces = vec![Piece::Text(self.literals[0].clone())];
+        for (k, literal) in self.literals[1..].iter().enumerate() {
+            pieces.extend([Piece::Value(k), Piece::Text(literal.clone())]);
+        }
+        Self { pieces, ..self }
+    }
+
     /// How many letters of it are its own: where several match, the longest tells most.
     pub(super) fn own_letters(&self) -> usize {
         self.literals.iter().map(String::len).sum()

@@ -106,7 +106,7 @@ pub fn with_words(
     let (response, colour) = at(ui, key, place, weight, true, text, theme);
     let size = font.size;
     let family = font.family;
-    let fit = words::fitting_size(ui, text, |s| FontId::new(s, family.clone()), place.width() - 12.0, size, 11.0);
+    let fit = words::fitting_size(ui, text, |s| FontId::new(s, family.clone()), place.width() - 16.0, size, 11.0);
     ui.painter().text(place.center(), Align2::CENTER_CENTER, text, FontId::new(fit, family), colour);
     response
 }

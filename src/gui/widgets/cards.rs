@@ -31,10 +31,15 @@ pub fn bar(ui: &Ui, place: Rect, share: f32, fill: egui::Color32, theme: &Theme)
 pub fn steps(ui: &mut Ui, place: Rect, names: &[&str], at: Option<usize>, theme: &Theme) {
     let gap = 6.0;
     let each = (place.width() - gap * (names.len() as f32 - 1.0)) / names.len() as f32;
-    // All names in one size, none cut: else only the one that is under way is told, with the whole line for it.
-    let fit = |name: &&str| words::fitting_size(ui, name, fonts::regular, each + gap - 3.0, size::TABLE, 1.0);
-    let points = names.iter().map(fit).fold(size::TABLE, f32::min);
-    let whole = points >= 11.0;
+    // All names in one size, none cut: in one line, else by turns in two, else only the one that is under way, with the whole line for it.
+    let fits = |wide: f32| {
+        let fit = |name: &&str| words::fitting_size(ui, name, fonts::semibold, wide, size::TABLE, 1.0);
+        names.iter().map(fit).fold(size::TABLE, f32::min)
+    };
+    let (in_one, in_two) = (fits(each + gap - 10.0), fits(2.0 * (each + gap) - 10.0).min(size::NOTE));
+    let lines = if in_one >= 11.0 { 1 } else { 2 };
+    let points = if lines == 1 { in_one } else { in_two };
+    let whole = points >= 11.0 && (lines == 1 || place.height() >= 38.0);
     for (k, name) in names.iter().enumerate() {
         let left = place.left() + k as f32 * (each + gap);
         let step = Rect::from_min_max(pos2(left, place.top()), pos2(left + each, place.top() + 12.0));
@@ -55,7 +60,11 @@ pub fn steps(ui: &mut Ui, place: Rect, names: &[&str], at: Option<usize>, theme:
         }
         let font = if under_way { fonts::semibold } else { fonts::regular };
         let colour = if under_way { theme.text } else { theme.quiet };
-        let below = Rect::from_min_max(pos2(left, step.bottom() + 5.0), pos2(left + each + gap - 2.0, place.bottom()));
+        let top = step.bottom() + if lines == 1 { 5.0 } else { 13.0 * (k % 2) as f32 };
+        // The last one of two lines ends with the bar.
+        let wide = lines as f32 * (each + gap) - 6.0;
+        let left = left.min(place.right() - words::width(ui, name, font(points)) - 1.0).max(place.left());
+        let below = Rect::from_min_max(pos2(left, top), pos2(left + wide, place.bottom()));
         words::line(ui, below, Align2::LEFT_TOP, name, font(points), colour);
     }
 }

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 /// A galley of one row at most as wide as asked.
 fn row(ui: &Ui, text: &str, font: FontId, colour: Color32, width: f32, rows: usize) -> Arc<Galley> {
-    let mut job = LayoutJob::single_section(text.to_owned(), TextFormat::simple(font, colour));
+    // No number is parted at its thousands: of all spaces a line is broken at, only this one is not.
+    let text = if rows > 1 { text.replace('\u{2009}', "\u{a0}") } else { text.to_owned() };
+    let mut job = LayoutJob::single_section(text, TextFormat::simple(font, colour));
     job.wrap = TextWrapping { max_width: width, max_rows: rows, break_anywhere: rows == 1, ..TextWrapping::default() };
     ui.painter().layout_job(job)
 }

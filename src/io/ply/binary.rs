@@ -63,10 +63,10 @@ impl Cursor<'_> {
         }
         let most = if element.is_fixed_size() { "" } else { "at most " };
         let diagnostic = Diagnostic::error(format!(
-            "the file ends after {most}{} of {} records of \"{}\"",
+            "the file ends after {most}{} of {} {}",
             self.left() as u64 / size.max(1),
             element.count,
-            super::super::field::excerpt(element.name.as_bytes()),
+            element.records(),
         ))
         .at_line(element.line)
         .with_help(CUT_OFF_HELP);

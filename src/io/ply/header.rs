@@ -122,6 +122,14 @@ pub struct Element {
 }
 
 impl Element {
+    /// What it holds, as people who see no file call it.
+    pub fn records(&self) -> String {
+        match self.name.as_str() {
+            "vertex" => "points".to_owned(),
+            name => format!("records of \"{}\"", super::super::field::excerpt(name.as_bytes())),
+        }
+    }
+
     /// Bytes that one record has at least in a binary file.
     pub fn least_size(&self) -> usize {
         let size = |property: &Property| match property.kind {

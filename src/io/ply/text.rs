@@ -45,14 +45,12 @@ pub fn read(bytes: &[u8], header: &Header, wanted: &Wanted, run: &RunContext) ->
 }
 
 fn too_few(element: &Element, chunks: &Chunks, end: usize) -> Fault {
-    let diagnostic = Diagnostic::error(format!(
-        "the file ends after {} of {} records of \"{}\"",
-        chunks.filled,
-        element.count,
-        excerpt(element.name.as_bytes())
-    ))
-    .at_line(end.saturating_sub(1))
-    .with_help("the file was cut off, is still being written, or its header counts wrong; copy or export it again");
+    let diagnostic =
+        Diagnostic::error(format!("the file ends after {} of {} {}", chunks.filled, element.count, element.records()))
+            .at_line(end.saturating_sub(1))
+            .with_help(
+                "the file was cut off, is still being written, or its header counts wrong; copy or export it again",
+            );
     Fault::cut_off(diagnostic)
 }
 

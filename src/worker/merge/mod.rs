@@ -125,8 +125,12 @@ fn in_one_line(fault: &Diagnostic) -> String {
 
 /// The first fault, told for all views.
 fn none_left(fault: &Diagnostic, unusable: usize, of: usize) -> Diagnostic {
-    let more = if unusable > 1 { format!("; {unusable} of {of} views cannot be used") } else { String::new() };
-    Diagnostic { message: format!("{}{more}, expected two or more that can be merged", fault.message), ..fault.clone() }
+    let why = &fault.message;
+    let message = match unusable {
+        0 | 1 => format!("{why}, expected two or more that can be merged"),
+        _ => format!("{why}; {unusable} of {of} views cannot be used, expected two or more that can be merged"),
+    };
+    Diagnostic { message, ..fault.clone() }
 }
 
 /// What views are merged with: poses, calibration, CAD.

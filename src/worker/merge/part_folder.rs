@@ -1,7 +1,7 @@
 //! The folder of a part whose views are stitched before it is inspected: what it holds, its hash, its cloud.
 
 use super::{Place, merge_folder};
-use crate::diagnostic::{Diagnostic, ReadError};
+use crate::diagnostic::{Diagnostic, ReadError, os_words};
 use crate::geometry::PointCloud;
 use crate::io;
 use crate::plan::merge::MergePlan;
@@ -53,8 +53,9 @@ pub fn hash(folder: &Path, run: &RunContext) -> Result<(String, u64), ReadError>
         let help = "the plan's [scans] views says that each part is a folder of views: name that, or remove views from the plan";
         return Err(fault("found a file, expected the folder of a part's views".to_owned(), help).into());
     }
-    let files = files(folder)
-        .map_err(|e| fault(format!("the folder cannot be read: {e}"), "check its name, and that you may read it"))?;
+    let files = files(folder).map_err(|e| {
+        fault(format!("the folder cannot be read: {}", os_words(&e)), "check its name, and that you may read it")
+    })?;
     let (mut lines, mut size) = (String::new(), 0);
     for path in files {
         let bytes = io::read_file_while(&path, run)?;

@@ -15,11 +15,11 @@ const PASSWORD: &str = "blech & rand";
 pub struct Forward(Arc<AtomicU64>);
 
 impl Forward {
-    fn by(&self, seconds: u64) {
+    pub fn by(&self, seconds: u64) {
         self.0.fetch_add(seconds, Ordering::Relaxed);
     }
 
-    fn clock(&self) -> Clock {
+    pub fn clock(&self) -> Clock {
         let ahead = self.0.clone();
         Clock::new(move || Instant::now() + Duration::from_secs(ahead.load(Ordering::Relaxed)))
     }
@@ -255,6 +255,34 @@ fn saving_asks_for_the_reason_keeps_comments_and_gives_the_operator_the_new_plan
     assert!(text.contains("# Deviations refer to a hole") && text.contains("revision = \"D\""), "{text}");
     assert!(text.contains(": die repaired\n#   P01: lower tolerance -0.500 -> -0.400 mm\n"), "{text}");
     assert!(window.says("everything saved") && !project.has("demo.toml.autosave"));
+    // What is saved is history: undo takes back the limit, not the revision.
+    window.ask(Action::Edit(Edit::Undo));
+    window.wait("a whole check", checked);
+    assert_eq!(window.value(0, "lower_mm"), Some(-0.5));
+    let text = window.editing().document.text();
+    assert!(text.contains("revision = \"D\"") && text.contains(": die repaired\n"), "{text}");
+    window.ask(Action::Show(Screen::Engineer));
+    window.harness.run_steps(3);
+    assert!(window.shows("Save as revision E…"));
+}
+
+#[test]
+fn what_is_no_number_is_not_taken_and_told_at_its_field() {
+    let (project, forward) = (Project::new(), Forward::default());
+    let mut window = unlocked(&project, &forward);
+    window.wait("a whole check", checked);
+    for typed in ["1e400", "NaN", "abc"] {
+        window.harness.get_by_label("Lower limit").focus();
+        window.harness.run_steps(3);
+        for letter in typed.chars() {
+            window.harness.event(egui::Event::Text(letter.to_string()));
+            window.harness.run_steps(2);
+        }
+        window.press(egui::Modifiers::NONE, egui::Key::Tab);
+        assert_eq!(window.value(0, "lower_mm"), Some(-0.5), "{typed}");
+        assert!(window.says(&format!("“{typed}” is no number")), "{typed}");
+    }
+    assert!(!window.editing().document.is_modified());
 }
 
 #[test]

@@ -72,6 +72,8 @@ fn menus_dialogs_and_messages_have_names() {
     window.ask(Action::TypePath(false));
     window.click("Run sequence");
     window.wait("the end", |app| app.facts().last_end.is_some());
+    window.ask(Action::Say(shapeline::diagnostic::Diagnostic::warning("there is no such file")));
+    window.harness.run_steps(2);
     assert!(window.shows("Got it"));
     assert_shown_named(&window, "a message");
 }

@@ -106,7 +106,8 @@ fn a_watch_goes_on_by_the_plan_that_was_saved() {
     window.save_as("Z", 0.75);
     window.wait("watching again", watches);
     project.write("scans/2.ply", &tiny_scan(2));
-    window.wait("the second part", |app| app.facts().parts.len() == 2);
+    // The first scan by the new plan, and perhaps this one in the same frame.
+    window.wait("the second part", |app| app.facts().parts.len() >= 2);
     let revision = |k: usize| window.app().facts().parts[k].result.identity.part_revision.clone();
     assert!(revision(0) != "Z" && revision(1) == "Z");
 }
@@ -135,4 +136,82 @@ fn a_plan_that_was_mended_is_read_again() {
     window.wait("the plan is open", |app| app.facts().plan.is_some());
     window.harness.run_steps(2);
     assert!(window.shows("Ready") && window.shows("Run sequence"));
+}
+
+fn watching(project: &Project, forward: &Forward) -> Window {
+    let mut window = Window::open(Setup { clock: forward.clock(), ..setup(project) }, [1280.0, 800.0]);
+    window.ask(Action::Watch(true));
+    window.ask(Action::Run);
+    window.wait("watching", |app| app.facts().running().is_some_and(|r| r.watch && r.stage.is_none()));
+    window
+}
+
+#[test]
+fn a_scan_delivered_again_takes_the_green_away() {
+    let project = Project::new();
+    let mut window = watching(&project, &Forward::default());
+    project.add_real_scan("1.ply");
+    window.wait("the first part", |app| app.facts().parts.len() == 1);
+    assert!(window.shows("Pass, last part 1"));
+    project.write("scans/2.ply", &project.read("scans/1.ply"));
+    window.wait("the second part", |app| app.facts().parts.len() == 2);
+    assert!(window.shows("Refused, last part 2") && window.shows("Refused, part 2") && !window.says("Pass, last part"));
+    assert!(window.says("Not measured: the scan has the same content as 1.ply"));
+}
+
+#[test]
+fn a_scan_that_is_not_whole_waits_in_sight_and_takes_the_green_away() {
+    let (project, forward) = (Project::new(), Forward::default());
+    let mut window = watching(&project, &forward);
+    project.add_real_scan("1.ply");
+    window.wait("the first part", |app| app.facts().parts.len() == 1);
+    let scan = real_scan();
+    project.write("scans/2.ply", &scan[..scan.len() / 2]);
+    project.write("scans/3.ply", b"");
+    window.wait("both are told", |app| app.facts().troubles.unfinished.len() == 2);
+    assert!(window.shows("Pass, last part 1") && window.shows("Incomplete, 2") && window.shows("Incomplete, 3"));
+    forward.by(6);
+    window.harness.run_steps(3);
+    assert!(window.shows("No verdict") && window.shows("Scan 3.ply is not whole") && !window.says("Pass, last part"));
+    // The next part that is measured has a verdict of its own; what waits stays in sight.
+    project.write("scans/4.ply", &demo_file("scans/01_good_top.ply"));
+    window.wait("the next part", |app| app.facts().parts.len() == 2);
+    forward.by(60);
+    window.harness.run_steps(3);
+    assert!(window.shows("Pass, last part 2") && window.shows("Incomplete, 2"));
+    window.click("Stop");
+    window.wait("the end", |app| app.facts().last_end.is_some());
+    assert_eq!(window.verdicts(), [Some(Verdict::Pass), Some(Verdict::Pass), None, None]);
+    assert!(window.shows("Refused, last part 4"));
+}
+
+#[test]
+fn a_plan_that_changes_on_the_disk_leaves_no_green_of_the_old_one() {
+    let project = Project::new();
+    let mut window = watching(&project, &Forward::default());
+    project.add_real_scan("1.ply");
+    window.wait("the first part", |app| app.facts().parts.len() == 1);
+    let plan = project.read("demo.toml");
+    std::fs::remove_file(project.path("demo.toml")).unwrap();
+    window.wait("it is missed", |app| app.facts().troubles.plan.is_some());
+    assert!(window.shows("No verdict") && !window.says("Pass, last part"));
+    project.write("demo.toml", &plan);
+    window.wait("it is back", |app| app.facts().troubles.plan.is_none());
+    assert!(window.shows("Pass, last part 1"));
+    project.change_plan(&[("revision = \"C\"", "revision = \"E\"")]);
+    window.wait("it is told", |app| app.facts().message.is_some());
+    assert!(window.says("it is revision E now"));
+    window.wait("the part by the new plan", |app| app.facts().parts.len() == 2);
+    assert_eq!(window.app().facts().parts[1].result.identity.part_revision, "E");
+    // A sequence does not end green by a plan that was replaced.
+    window.click("Stop");
+    window.wait("the end", |app| app.facts().last_end.is_some());
+    window.ask(Action::Watch(false));
+    project.add_real_scan("2.ply");
+    window.ask(Action::Run);
+    window.wait("a part", |app| app.facts().parts.len() == 3);
+    project.change_plan(&[("revision = \"E\"", "revision = \"F\"")]);
+    window.wait("the end", |app| app.facts().last_end.is_some());
+    window.harness.run_steps(2);
+    assert!(window.shows("No verdict") && window.says("it is revision F now") && !window.says("Pass, last part"));
 }

@@ -63,7 +63,7 @@ fn refusals_reasons_gates_and_problems_are_told_in_the_windows_language() {
         let parts = window.app().facts().parts.clone();
         let Outcome::Refused(refusal) = &parts[1].result.outcome else { panic!("it is cut off") };
         assert_ne!(words.told(&refusal.reason), refusal.reason);
-        assert!(window.says(&words.told(&refusal.reason)) && window.says(&words.told(&refusal.help)));
+        assert!(window.says(&words.told(parts[1].reason(refusal))) && window.says(&words.told(&refusal.help)));
         assert_no_english(&window, &english);
         window.ask(Action::Show(Screen::Results));
         window.harness.run_steps(3);

@@ -101,7 +101,7 @@ pub fn paint_hover(painter: &Painter, geometry: &Geometry, piece: &[Point3], sig
         painter.line_segment(ends, Stroke::new(3.0, theme.panel));
         painter.line_segment(ends, Stroke::new(1.5, theme.accent));
     }
-    form(painter, geometry.kind(), theme.accent, false, pos);
+    form(painter, geometry.kind(), theme.accent, pos);
 }
 
 /// Arrows of a row that is chosen alone, without names.

@@ -117,7 +117,7 @@ pub fn paint(painter: &Painter, marks: &[Mark], places: &[Option<Placed>], chose
             }
             match mark.list {
                 List::Feature => feature(&painter, &mark.geometry, pos, sight),
-                List::Comparison => form(&painter, mark.geometry.kind(), theme.accent, false, pos),
+                List::Comparison => form(&painter, mark.geometry.kind(), theme.accent, pos),
             }
             if last {
                 ring(&painter, pos, theme);
@@ -146,7 +146,7 @@ pub fn feature(painter: &Painter, geometry: &Geometry, pos: Pos2, sight: &Sight<
                 painter.add(Shape::closed_line(line.clone(), Stroke::new(6.5, Color32::WHITE)));
                 painter.add(Shape::closed_line(line, Stroke::new(4.5, colour)));
             } else {
-                form(painter, geometry.kind(), colour, false, pos);
+                form(painter, geometry.kind(), colour, pos);
             }
         }
     }
