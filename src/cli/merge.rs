@@ -74,6 +74,7 @@ pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Di
         plan_path: arguments.merge.clone(),
         out: arguments.out.clone(),
         memory_limit: arguments.memory_limit,
+        settings: None,
     };
     let screen = Screen { manner, bar: Mutex::default(), stage: Mutex::default() };
     let observe = |stage| screen.show(MergeEvent::Stage(stage));

@@ -21,6 +21,7 @@ pub mod intake;
 mod judged;
 pub mod mask;
 pub mod mask_study;
+pub mod mask_worth;
 pub mod merging;
 pub mod metric;
 pub mod noise;

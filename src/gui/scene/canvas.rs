@@ -1,7 +1,7 @@
 //! A place in the window in which a scene is drawn.
 
 use super::gl::GlRenderer;
-use super::renderer::{Placement, Progress, Request, SceneRenderer};
+use super::renderer::{CloudRequest, Placement, Progress, Request, SceneRenderer};
 use eframe::egui_glow::{CallbackFn, Painter};
 use egui::{PaintCallback, PaintCallbackInfo, Rect, Ui};
 use std::sync::{Arc, Mutex};
@@ -39,6 +39,15 @@ impl Canvas {
 
     /// Has a view drawn at a place. Until it is whole, the window is repainted.
     pub fn paint(&self, ui: &Ui, place: Rect, view: usize, request: Request) {
+        self.paint_wanted(ui, place, view, Wanted::Part(Box::new(request)));
+    }
+
+    /// The same of a cloud without a CAD.
+    pub fn paint_cloud(&self, ui: &Ui, place: Rect, view: usize, request: CloudRequest) {
+        self.paint_wanted(ui, place, view, Wanted::Cloud(Box::new(request)));
+    }
+
+    fn paint_wanted(&self, ui: &Ui, place: Rect, view: usize, request: Wanted) {
         let shared = self.shared.clone();
         let ctx = ui.ctx().clone();
         let callback = CallbackFn::new(move |info: PaintCallbackInfo, painter: &Painter| {
@@ -53,11 +62,33 @@ impl Canvas {
     }
 }
 
+/// What a view is to show.
+enum Wanted {
+    Part(Box<Request>),
+    Cloud(Box<CloudRequest>),
+}
+
+impl Wanted {
+    fn draw(&self, renderer: &mut dyn SceneRenderer, view: usize) -> Result<Progress, String> {
+        match self {
+            Wanted::Part(request) => renderer.draw(view, request),
+            Wanted::Cloud(request) => renderer.draw_cloud(view, request),
+        }
+    }
+
+    fn is_moving(&self) -> bool {
+        match self {
+            Wanted::Part(request) => request.moving,
+            Wanted::Cloud(request) => request.moving,
+        }
+    }
+}
+
 impl Shared {
     fn paint(
         &mut self,
         view: usize,
-        request: &Request,
+        request: &Wanted,
         info: &PaintCallbackInfo,
         painter: &Painter,
     ) -> Result<Progress, String> {
@@ -68,11 +99,11 @@ impl Shared {
             Some(renderer) => renderer,
             none => none.insert(Box::new(GlRenderer::new(painter.gl().clone())?)),
         };
-        let progress = renderer.draw(view, request)?;
+        let progress = request.draw(renderer.as_mut(), view)?;
         if self.whole.len() <= view {
             self.whole.resize(view + 1, true);
         }
-        self.whole[view] = progress == Progress::Done && !request.moving;
+        self.whole[view] = progress == Progress::Done && !request.is_moving();
         let (all, clip) = (info.viewport_in_pixels(), info.clip_rect_in_pixels());
         let at = Placement {
             window: info.screen_size_px,

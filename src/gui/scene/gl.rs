@@ -5,10 +5,11 @@
 //! samples and all points, drawn a portion a frame so that no frame takes long.
 #![allow(unsafe_code, reason = "three-d draws triangles only; points and lines need its context's own calls")]
 
+mod cloud;
 mod upload;
 
 use super::camera::{Projection, ViewSize};
-use super::renderer::{Layer, Lens, Placement, Progress, Request, SceneRenderer};
+use super::renderer::{CloudRequest, Layer, Lens, Placement, Progress, Request, SceneRenderer};
 use crate::report::palette::Rgb;
 use std::sync::Arc;
 use three_d::context::{self, HasContext};
@@ -16,7 +17,7 @@ use three_d::{
     ClearState, Context, DepthTest, DepthTexture2D, Interpolation, Mat3, Mat4, Program, RenderStates, RenderTarget,
     ScissorBox, Texture2D, Vec2, Vec3, VertexBuffer, Viewport, Wrapping, WriteMask,
 };
-use upload::{Detail, UploadedCloud, UploadedMap, UploadedPart, states};
+use upload::{Detail, UploadedCloud, UploadedMap, UploadedPart, UploadedPoints, states};
 
 const SURFACE_VERT: &str = include_str!("shaders/surface.vert");
 const SCALE: &str = include_str!("shaders/scale.glsl");
@@ -55,6 +56,7 @@ struct Programs {
     cad: Program,
     map: Program,
     points: Program,
+    coloured: Program,
     lines: Program,
     compose: Program,
     show: Program,
@@ -64,11 +66,23 @@ struct Programs {
 #[derive(Default)]
 struct View {
     request: Option<Request>,
+    /// The cloud without a CAD that it shows instead.
+    cloud: Option<CloudRequest>,
+    points: Option<UploadedPoints>,
     canvas: Option<Canvas>,
     /// Points of the request that are drawn.
     points_drawn: usize,
     done: bool,
     picture: Option<Texture2D>,
+}
+
+/// How samples become a picture.
+struct Look {
+    mm_per_px: f64,
+    /// Jumps in depth have a line.
+    outlined: bool,
+    projection: Projection,
+    line: Rgb,
 }
 
 struct Canvas {
@@ -94,6 +108,7 @@ impl GlRenderer {
                 &with_scale(include_str!("shaders/map.frag")),
             )?,
             points: program(include_str!("shaders/points.vert"), &with_scale(include_str!("shaders/points.frag")))?,
+            coloured: program(include_str!("shaders/coloured.vert"), include_str!("shaders/coloured.frag"))?,
             lines: program(include_str!("shaders/lines.vert"), include_str!("shaders/lines.frag"))?,
             compose: program(include_str!("shaders/screen.vert"), include_str!("shaders/compose.frag"))?,
             show: program(include_str!("shaders/screen.vert"), include_str!("shaders/show.frag"))?,
@@ -192,20 +207,19 @@ impl GlRenderer {
     }
 
     /// Makes the picture that is shown out of the samples.
-    fn compose(&self, request: &Request, canvas: &Canvas, lens: &Lens, picture: &Texture2D) {
+    fn compose(&self, look: &Look, canvas: &Canvas, lens: &Lens, picture: &Texture2D) {
         let program = &self.programs.compose;
         let target = picture.as_color_target(None);
-        let mm_per_px = request.camera.height_mm / f64::from(request.size_px[1]);
         let near_far = lens.near_far_mm.map(|v| v as f32);
         let write = || {
             program.use_texture("colours", &canvas.colour);
             program.use_depth_texture("depths", &canvas.depth);
             program.use_uniform("samples", canvas.samples as i32);
-            program.use_uniform("outline", if request.layer == Layer::Cloud { 0.0f32 } else { 1.0 });
-            program.use_uniform("jump_mm", (4.0 * mm_per_px).max(1.5) as f32);
+            program.use_uniform("outline", if look.outlined { 1.0f32 } else { 0.0 });
+            program.use_uniform("jump_mm", (4.0 * look.mm_per_px).max(1.5) as f32);
             program.use_uniform("near_far", Vec2::new(near_far[0], near_far[1]));
-            program.use_uniform("perspective", i32::from(request.camera.projection == Projection::Perspective));
-            program.use_uniform("line_colour", colour(request.tones.outline));
+            program.use_uniform("perspective", i32::from(look.projection == Projection::Perspective));
+            program.use_uniform("line_colour", colour(look.line));
             program.use_vertex_attribute("corner", &self.everything);
             program.draw_arrays(over_everything(), target.viewport(), 3);
             Ok::<(), three_d::CoreError>(())
@@ -242,11 +256,11 @@ impl SceneRenderer for GlRenderer {
         // Taken out while it is drawn, so that the rest of the renderer can be looked at.
         let mut mine = std::mem::take(&mut self.views[view]);
         if !same {
-            let samples = samples(request);
+            let samples = samples(request.size_px, request.moving);
             if mine.canvas.as_ref().is_none_or(|c| !c.fits(request.size_px, samples)) {
                 mine.canvas = Some(Canvas::new(&self.context, request.size_px, samples));
             }
-            mine.request = Some(request.clone());
+            (mine.request, mine.cloud) = (Some(request.clone()), None);
             (mine.points_drawn, mine.done) = (0, false);
         }
         let Some(canvas) = &mine.canvas else { return Err("no picture to draw into".into()) };
@@ -271,13 +285,23 @@ impl SceneRenderer for GlRenderer {
                 mine.picture = Some(colour_texture(&self.context, width, height));
             }
             if let Some(picture) = &mine.picture {
-                self.compose(request, canvas, &lens, picture);
+                let look = Look {
+                    mm_per_px: request.camera.height_mm / f64::from(request.size_px[1]),
+                    outlined: request.layer != Layer::Cloud,
+                    projection: request.camera.projection,
+                    line: request.tones.outline,
+                };
+                self.compose(&look, canvas, &lens, picture);
             }
             mine.done = true;
         }
         let progress = if mine.done { Progress::Done } else { Progress::More };
         self.views[view] = mine;
         Ok(progress)
+    }
+
+    fn draw_cloud(&mut self, view: usize, request: &CloudRequest) -> Result<Progress, String> {
+        self.cloud(view, request)
     }
 
     fn show(&mut self, view: usize, at: Placement) -> Result<(), String> {
@@ -314,10 +338,10 @@ impl Canvas {
     }
 }
 
-fn samples(request: &Request) -> u32 {
-    let pixels = request.size_px[0].saturating_mul(request.size_px[1]);
+fn samples(size_px: [u32; 2], moving: bool) -> u32 {
+    let pixels = size_px[0].saturating_mul(size_px[1]);
     let fine = pixels.saturating_mul(STILL_SAMPLES * STILL_SAMPLES) <= MOST_SAMPLES;
-    if request.moving || !fine { 1 } else { STILL_SAMPLES }
+    if moving || !fine { 1 } else { STILL_SAMPLES }
 }
 
 fn colour_texture(context: &Context, width: u32, height: u32) -> Texture2D {

@@ -11,6 +11,75 @@ const STILL_AFTER_S: f64 = 0.12;
 /// Room that a fit leaves for flags, points of the window.
 pub const FLAG_MARGIN: [f64; 2] = [134.0, 30.0];
 
+/// What a camera is pointed at.
+pub trait Subject {
+    /// About which it turns.
+    fn centre(&self) -> Point3;
+    /// Towards who looks at it from above.
+    fn facing(&self) -> Vector3;
+    /// Corners of its hull, for fitting.
+    fn corners(&self) -> &[Point3];
+    /// From one end to the other.
+    fn diagonal(&self) -> f64;
+    /// What is seen in a pixel of a view.
+    fn under(&self, camera: &Camera, pixel: [f64; 2], size: ViewSize) -> Option<Point3>;
+    /// Whether it hides a place of its own.
+    fn hides(&self, camera: &Camera, place: &Point3, size: ViewSize) -> bool;
+}
+
+impl Subject for PartContent {
+    fn centre(&self) -> Point3 {
+        self.centre
+    }
+
+    fn facing(&self) -> Vector3 {
+        self.facing
+    }
+
+    fn corners(&self) -> &[Point3] {
+        &self.corners
+    }
+
+    fn diagonal(&self) -> f64 {
+        self.part.diagonal_mm()
+    }
+
+    fn under(&self, camera: &Camera, pixel: [f64; 2], size: ViewSize) -> Option<Point3> {
+        let face = self.part.face(self.face);
+        pick::surface(&face.mesh, &face.bvh, camera, pixel, size).map(|p| p.place)
+    }
+
+    fn hides(&self, camera: &Camera, place: &Point3, size: ViewSize) -> bool {
+        pick::is_hidden(&self.part.face(self.face).bvh, camera, place, size)
+    }
+}
+
+impl<S: Subject> Subject for std::sync::Arc<S> {
+    fn centre(&self) -> Point3 {
+        (**self).centre()
+    }
+
+    fn facing(&self) -> Vector3 {
+        (**self).facing()
+    }
+
+    fn corners(&self) -> &[Point3] {
+        (**self).corners()
+    }
+
+    fn diagonal(&self) -> f64 {
+        (**self).diagonal()
+    }
+
+    fn under(&self, camera: &Camera, pixel: [f64; 2], size: ViewSize) -> Option<Point3> {
+        (**self).under(camera, pixel, size)
+    }
+
+    fn hides(&self, camera: &Camera, place: &Point3, size: ViewSize) -> bool {
+        (**self).hides(camera, place, size)
+    }
+}
+
 /// A camera of one or more views.
 #[derive(Debug, Clone, Default)]
 pub struct Linked {
@@ -27,10 +96,10 @@ pub struct Linked {
 
 impl Linked {
     /// Turns about the middle of the part, as a pointer that moves so many points to the right would.
-    pub fn turn(&mut self, right: f64, content: &PartContent, size: ViewSize, ui: &Ui) {
+    pub fn turn(&mut self, right: f64, content: &impl Subject, size: ViewSize, ui: &Ui) {
         let Some(before) = self.camera else { return };
         let mut camera = before;
-        camera.orbit(right, 0.25 * right, &content.centre, size);
+        camera.orbit(right, 0.25 * right, &content.centre(), size);
         self.moved(before, camera, ui);
     }
 
@@ -50,7 +119,7 @@ impl Linked {
     }
 
     /// The camera now; at first fitted to the part in a view of a size with a margin. Asks for the frames that a flight needs.
-    pub fn camera(&mut self, content: &PartContent, fit: (ViewSize, [f64; 2]), ui: &Ui) -> Camera {
+    pub fn camera(&mut self, content: &impl Subject, fit: (ViewSize, [f64; 2]), ui: &Ui) -> Camera {
         let (size, margin) = fit;
         let now_s = ui.input(|i| i.time);
         if let Some(view) = self.wanted.take() {
@@ -61,7 +130,7 @@ impl Linked {
         let mut camera = match self.end() {
             // The part stays whole when its place becomes another one.
             Some(mut camera) if self.fitted.is_some_and(|before| before != fit) => {
-                camera.fit(&content.corners, size, margin);
+                camera.fit(content.corners(), size, margin);
                 (self.flight, self.fitted) = (None, Some(fit));
                 camera
             }
@@ -87,12 +156,12 @@ impl Linked {
         camera
     }
 
-    fn standard(&self, view: StandardView, content: &PartContent, size: ViewSize, margin: [f64; 2]) -> Camera {
+    fn standard(&self, view: StandardView, content: &impl Subject, size: ViewSize, margin: [f64; 2]) -> Camera {
         let projection = self.camera.map_or(Projection::default(), |c| c.projection);
-        let target = content.centre;
-        let cad_from_eye = view.cad_from_eye(&content.facing);
-        let mut camera = Camera { target, cad_from_eye, height_mm: content.part.diagonal_mm().max(1.0), projection };
-        camera.fit(&content.corners, size, margin);
+        let target = content.centre();
+        let cad_from_eye = view.cad_from_eye(&content.facing());
+        let mut camera = Camera { target, cad_from_eye, height_mm: content.diagonal().max(1.0), projection };
+        camera.fit(content.corners(), size, margin);
         camera
     }
 
@@ -113,9 +182,9 @@ impl Linked {
     }
 
     /// The whole part from where it is seen now.
-    pub fn fit(&mut self, content: &PartContent, size: ViewSize, margin: [f64; 2], ui: &Ui) {
+    pub fn fit(&mut self, content: &impl Subject, size: ViewSize, margin: [f64; 2], ui: &Ui) {
         let Some(mut camera) = self.end() else { return };
-        camera.fit(&content.corners, size, margin);
+        camera.fit(content.corners(), size, margin);
         self.fly(camera, ui);
         self.fitted = Some((size, margin));
     }
@@ -138,26 +207,22 @@ impl Linked {
     }
 
     /// Flies to a place of the part, near enough to look at it.
-    pub fn visit(&mut self, place: &Point3, normal: &Vector3, content: &PartContent, size: ViewSize, ui: &Ui) {
+    pub fn visit(&mut self, place: &Point3, normal: &Vector3, content: &impl Subject, size: ViewSize, ui: &Ui) {
         let Some(camera) = self.end() else { return };
-        let face = content.part.face(content.face);
-        let hidden = pick::is_hidden(&face.bvh, &camera, place, size);
-        let near = (0.45 * content.part.diagonal_mm()).max(1.0);
+        let hidden = content.hides(&camera, place, size);
+        let near = (0.45 * content.diagonal()).max(1.0);
         let to = camera.facing(place, normal, camera.height_mm.min(near), hidden);
         self.fly(to, ui);
         self.fitted = None;
     }
 
     /// Drags and the wheel over one view.
-    pub fn pointer(&mut self, ui: &Ui, response: &Response, place: Rect, content: &PartContent) {
+    pub fn pointer(&mut self, ui: &Ui, response: &Response, place: Rect, content: &impl Subject) {
         let size = size_of(place);
         let Some(mut camera) = self.camera else { return };
         let before = camera;
         let at = |pos: Pos2| [f64::from(pos.x - place.left()), f64::from(pos.y - place.top())];
-        let under = |camera: &Camera, pos: Pos2| {
-            let face = content.part.face(content.face);
-            pick::surface(&face.mesh, &face.bvh, camera, at(pos), size).map(|p| p.place)
-        };
+        let under = |camera: &Camera, pos: Pos2| content.under(camera, at(pos), size);
         if response.drag_started() {
             self.grabbed = response.interact_pointer_pos().and_then(|pos| under(&camera, pos));
         }
@@ -167,7 +232,7 @@ impl Linked {
         if response.dragged() && moved != egui::Vec2::ZERO {
             self.flight = None;
             if response.dragged_by(PointerButton::Primary) && !shift {
-                let pivot = self.grabbed.unwrap_or(content.centre);
+                let pivot = self.grabbed.unwrap_or(content.centre());
                 camera.orbit(right, down, &pivot, size);
             } else {
                 let grabbed = self.grabbed.unwrap_or(camera.target);
@@ -196,7 +261,7 @@ impl Linked {
     }
 
     /// Keys of the views, while no field has the focus.
-    pub fn keys(&mut self, ui: &Ui, place: Rect, content: &PartContent, margin: [f64; 2]) {
+    pub fn keys(&mut self, ui: &Ui, place: Rect, content: &impl Subject, margin: [f64; 2]) {
         let size = size_of(place);
         let pressed = |modifiers: Modifiers, key: Key| ui.input_mut(|i| i.consume_key(modifiers, key));
         let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num0];
@@ -225,7 +290,7 @@ impl Linked {
             if pressed(Modifiers::SHIFT, key) {
                 camera.pan(right * step, down * step, &target, size);
             } else if pressed(Modifiers::NONE, key) {
-                camera.orbit(right * step, down * step, &content.centre, size);
+                camera.orbit(right * step, down * step, &content.centre(), size);
             }
         }
         let target = camera.target;

@@ -15,6 +15,7 @@ pub mod map_values;
 pub mod overlay;
 mod permutation;
 pub mod pick;
+pub mod points;
 pub mod renderer;
 pub mod shape;
 pub mod standard;

@@ -2,6 +2,7 @@
 
 use super::camera::{Camera, Projection, ViewSize};
 use super::content::{MapContent, PartContent, Shown};
+use super::points::Points;
 use crate::report::palette::{Rgb, Scale};
 use std::sync::Arc;
 
@@ -99,6 +100,35 @@ impl Request {
     }
 }
 
+/// A cloud with a colour for every point, which belongs to no CAD.
+#[derive(Debug, Clone)]
+pub struct CloudRequest {
+    /// Its points.
+    pub points: Arc<Points>,
+    /// Red, green, blue of each, and whether it is drawn at all (not 0); as many as there are points.
+    pub colours: Arc<Vec<[u8; 4]>>,
+    /// From where.
+    pub camera: Camera,
+    /// Pixels across and down.
+    pub size_px: [u32; 2],
+    /// Pixels a point of the window.
+    pub px_per_point: f64,
+    /// Behind the points.
+    pub background: Rgb,
+    /// The camera is on its way.
+    pub moving: bool,
+}
+
+impl CloudRequest {
+    /// Whether the other one asks for the same picture.
+    pub fn same_picture(&self, other: &CloudRequest) -> bool {
+        Arc::ptr_eq(&self.points, &other.points)
+            && Arc::ptr_eq(&self.colours, &other.colours)
+            && (self.size_px, self.background, self.moving) == (other.size_px, other.background, other.moving)
+            && (self.camera, self.px_per_point) == (other.camera, other.px_per_point)
+    }
+}
+
 /// How far a picture is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
@@ -112,6 +142,9 @@ pub enum Progress {
 pub trait SceneRenderer: Send {
     /// Goes on with the picture of a view; draws nothing when it is there already.
     fn draw(&mut self, view: usize, request: &Request) -> Result<Progress, String>;
+
+    /// The same of a cloud without a CAD.
+    fn draw_cloud(&mut self, view: usize, request: &CloudRequest) -> Result<Progress, String>;
 
     /// Shows the picture of a view. Pixels of the window count from its bottom left corner.
     fn show(&mut self, view: usize, at: Placement) -> Result<(), String>;

@@ -17,7 +17,7 @@ pub struct Layout {
 
 impl Layout {
     /// The layout of some bytes, and their text with `\n` at its lines' ends.
-    pub(super) fn read(bytes: &[u8], path: &Path) -> Result<(Self, String), Box<Diagnostic>> {
+    pub(in crate::plan) fn read(bytes: &[u8], path: &Path) -> Result<(Self, String), Box<Diagnostic>> {
         if bytes.len() as u64 > LARGEST_PLAN {
             return Err(Box::new(too_large(bytes.len() as u64, LARGEST_PLAN, "a plan").in_file(path)));
         }
@@ -33,7 +33,7 @@ impl Layout {
         Ok((layout, text.replace("\r\n", "\n")))
     }
 
-    pub(super) fn write(self, text: &str) -> Vec<u8> {
+    pub(in crate::plan) fn write(self, text: &str) -> Vec<u8> {
         let text = if self.carriage_returns { text.replace('\n', "\r\n") } else { text.to_owned() };
         let mark: &[u8] = if self.byte_order_mark { "\u{feff}".as_bytes() } else { &[] };
         [mark, text.as_bytes()].concat()

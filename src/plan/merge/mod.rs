@@ -2,6 +2,7 @@
 //!
 //! `docs/merge.md` lists every key. Lengths stay in the unit that the file names, which is that of the views.
 
+mod edit;
 mod metric;
 mod model;
 mod quality;
@@ -9,6 +10,7 @@ mod sections;
 #[cfg(test)]
 mod tests;
 
+pub use edit::{looks_like_merge, mask_lines, with_masks};
 pub use metric::{Better, Metric};
 pub use model::*;
 
@@ -44,6 +46,11 @@ pub fn load(path: &Path, views: ViewsOf) -> Loaded {
         Ok(bytes) => read(&bytes, path, Some(views)),
         Err(problem) => Loaded { plan: None, problems: vec![*problem] },
     }
+}
+
+/// Checks bytes as [`load`] checks a file: settings that are edited and not written yet.
+pub fn check(bytes: &[u8], path: &Path, views: ViewsOf) -> Loaded {
+    read(bytes, path, Some(views))
 }
 
 /// Checks bytes; `path` gives messages their file and relative paths their folder. No file is opened or looked for.

@@ -18,6 +18,8 @@ pub struct MergeRequest {
     pub out: Option<PathBuf>,
     /// Bytes that the points may take, else three quarters of what the system has free; beyond, views are put away on the disk.
     pub memory_limit: Option<u64>,
+    /// The settings as somebody edited them, instead of those in the file; their paths start at its folder all the same.
+    pub settings: Option<Vec<u8>>,
 }
 
 /// A merge that is done and written.
@@ -47,7 +49,10 @@ pub fn merge_files(
     problems: &mut Vec<Diagnostic>,
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<MergeJob, Option<StitchError>> {
-    let loaded = merge::load(&request.plan_path, ViewsOf::OwnFolder);
+    let loaded = match &request.settings {
+        Some(bytes) => merge::check(bytes, &request.plan_path, ViewsOf::OwnFolder),
+        None => merge::load(&request.plan_path, ViewsOf::OwnFolder),
+    };
     let any_error = loaded.problems.iter().any(|p| p.severity == Severity::Error);
     problems.extend(loaded.problems);
     let Some(plan) = loaded.plan.filter(|_| !any_error) else { return Err(None) };

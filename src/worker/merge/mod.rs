@@ -6,6 +6,7 @@ mod compare;
 mod files;
 mod job;
 pub mod part_folder;
+mod preview;
 mod stored;
 mod study;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod tests;
 mod views;
 
 pub use job::{MergeJob, MergeRequest, merge_files};
+pub use preview::{Preview, PreviewView, preview, study_preview};
 pub use study::{MaskStudyJob, study_masks};
 
 use crate::diagnostic::{Diagnostic, ReadError};

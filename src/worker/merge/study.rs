@@ -68,7 +68,7 @@ fn cannot_write(folder: &Path, why: &str) -> Option<StitchError> {
     Some(Diagnostic::error(message).in_file(folder).with_help("give another place with --out").into())
 }
 
-fn fault_of(plan: &MergePlan, error: StudyError) -> StitchError {
+pub(super) fn fault_of(plan: &MergePlan, error: StudyError) -> StitchError {
     match error {
         StudyError::Cancelled(cancelled) => StitchError::Cancelled(cancelled),
         fault @ StudyError::NoFit { .. } => {
@@ -120,7 +120,7 @@ fn read_views(
     Ok((views, unusable))
 }
 
-fn tools(plan: &MergePlan, run: &RunContext) -> Result<Tools, StitchError> {
+pub(super) fn tools(plan: &MergePlan, run: &RunContext) -> Result<Tools, StitchError> {
     let read = |named: &Option<NamedFile>| -> Result<Option<Calibration>, StitchError> {
         let Some(named) = named else { return Ok(None) };
         let (bytes, _) = read_named(&named.path, run)?;
@@ -129,7 +129,7 @@ fn tools(plan: &MergePlan, run: &RunContext) -> Result<Tools, StitchError> {
     Ok(Tools { camera: read(&plan.calibration.camera)?, projector: read(&plan.calibration.projector)? })
 }
 
-fn check_units(plan: &MergePlan, tools: &Tools, view: &View) -> Result<(), StitchError> {
+pub(super) fn check_units(plan: &MergePlan, tools: &Tools, view: &View) -> Result<(), StitchError> {
     let pairs = [(&plan.calibration.camera, &tools.camera), (&plan.calibration.projector, &tools.projector)];
     pairs.into_iter().try_for_each(|(file, features)| match (file, features) {
         (Some(file), Some(features)) => check_calibration(plan, file, features, &view.positions),

@@ -1,6 +1,7 @@
 //! Contents on the graphics card: uploaded once.
 
 use crate::gui::scene::content::{Cloud, MapContent, PartContent};
+use crate::gui::scene::points::Points;
 use crate::gui::scene::shape::Shape;
 use std::sync::Arc;
 use three_d::{Context, DepthTest, ElementBuffer, Program, RenderStates, VertexBuffer, Viewport};
@@ -41,6 +42,35 @@ pub struct UploadedCloud {
     pub values: VertexBuffer<f32>,
     pub classes: VertexBuffer<u8>,
     pub count: usize,
+}
+
+/// A cloud without a CAD.
+pub struct UploadedPoints {
+    pub of: Arc<Points>,
+    pub coloured_by: Arc<Vec<[u8; 4]>>,
+    pub positions: VertexBuffer<[f32; 3]>,
+    pub colours: VertexBuffer<[u8; 4]>,
+    pub radius: f64,
+}
+
+impl UploadedPoints {
+    pub fn new(context: &Context, of: &Arc<Points>, colours: &Arc<Vec<[u8; 4]>>) -> Self {
+        Self {
+            of: of.clone(),
+            coloured_by: colours.clone(),
+            positions: VertexBuffer::new_with_data(context, &of.positions),
+            colours: VertexBuffer::new_with_data(context, colours),
+            radius: radius(&of.positions),
+        }
+    }
+
+    /// The same points in other colours.
+    pub fn colour(&mut self, context: &Context, colours: &Arc<Vec<[u8; 4]>>) {
+        if !Arc::ptr_eq(&self.coloured_by, colours) {
+            self.colours = VertexBuffer::new_with_data(context, colours);
+            self.coloured_by = colours.clone();
+        }
+    }
 }
 
 impl UploadedShape {
