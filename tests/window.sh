@@ -3,6 +3,7 @@
 #
 #     tests/window.sh PROGRAM FOLDER [WIDTHxHEIGHT] [light|dark] [en|sv|de]
 #
+# Pictures of a merge need target/release/examples/endoscope beside the program (cargo build --release --example endoscope); without it there are none.
 # Needs Xvfb, xdotool and ImageMagick's import. Ends with 1 when the window does not come or the demo gives no results.
 set -euo pipefail
 program="$(realpath "$1")"
@@ -152,3 +153,32 @@ xdotool key Escape
 xdotool mousemove $((width - 142)) 32 sleep 0.2 click 1
 sleep 1
 picture view_menu
+
+# A merge: six views of a pin and one of something else.
+endoscope="$(dirname "$program")/examples/endoscope"
+if [ ! -x "$endoscope" ]; then
+  echo "no pictures of a merge: $endoscope is not built" >&2
+  exit 0
+fi
+kill "$window"
+wait "$window" 2>/dev/null || true
+"$endoscope" "$home/pin" pin >/dev/null
+"$program" "$home/pin/merge.toml" 2> "$home/said" &
+window=$!
+wait_for "the window of the merge" xdotool search --name '^Shapeline$'
+sleep 2
+wait_for "the keyboard" xdotool search --onlyvisible --name '^Shapeline$' windowfocus
+sleep 18
+picture merge
+xdotool key F5
+sleep 1.2
+picture merge_running
+wait_for "the merged cloud" test -e "$home/pin/merge.json"
+sleep 4
+picture merge_done
+# The first view by itself, its row being the first of the list.
+if [ "$width" -ge 1200 ]; then xdotool mousemove 120 $((64 + 52 + 38 + 22 + 14 + (width >= 1600 ? 8 : 0))) sleep 0.2 click 1
+else xdotool mousemove 120 240 sleep 0.2 click 1
+fi
+sleep 3
+picture merge_view

@@ -1,6 +1,7 @@
 //! What a person can ask of the window. Views collect these; `App` carries them out, after everything is drawn.
 
 use super::engineer::{Command, Edit};
+use super::merge;
 use super::new_plan;
 use super::settings::ThemeChoice;
 use super::text::Language;
@@ -24,9 +25,6 @@ pub enum Screen {
 impl Screen {
     /// In the order of the tabs, of Ctrl+1 to Ctrl+4.
     pub const ALL: [Screen; 4] = [Screen::Operator, Screen::Results, Screen::Engineer, Screen::Merge];
-
-    /// Those that this version has.
-    pub const BUILT: [Screen; 3] = [Screen::Operator, Screen::Results, Screen::Engineer];
 
     /// The key of its name among the texts.
     pub fn key(self) -> &'static str {
@@ -84,6 +82,8 @@ pub enum Action {
     Edit(Edit),
     /// What else the engineer asks for.
     Engineer(Command),
+    /// What is asked of a merge.
+    Merge(merge::Command),
     /// Close the window, whatever was asked about it.
     Close,
     /// Make a plan for a new part.

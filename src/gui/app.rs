@@ -6,7 +6,8 @@ use super::clock::Clock;
 use super::engineer::desk::Desk;
 use super::engineer::lock::Lock;
 use super::engineer::{self, EngineerView};
-use super::facts::{Facts, FinishedPart};
+use super::facts::{Facts, FinishedPart, Job as FactsJob};
+use super::merge::{self, MergeView};
 use super::new_plan::{self, Assistant};
 use super::operator;
 use super::picture::Painter;
@@ -48,6 +49,8 @@ pub struct App {
     pub(super) dialog: dialog::Dialog,
     results: ResultsView,
     pub(super) engineer: EngineerView,
+    pub(super) merge: MergeView,
+    pub(super) merge_desk: merge::Desk,
     pub(super) lock: Lock,
     pub(super) desk: Desk,
     /// The plan that is to be read again when the sequence has ended.
@@ -89,6 +92,8 @@ impl App {
             dialog: dialog::Dialog::default(),
             results: ResultsView::default(),
             engineer: EngineerView::default(),
+            merge: MergeView::default(),
+            merge_desk: merge::Desk::default(),
             lock: Lock::default(),
             desk,
             reload: None,
@@ -101,7 +106,7 @@ impl App {
             actions: Vec::new(),
             typing: false,
         };
-        app.open_first();
+        app.open_first(ctx);
         app.facts.message = app.facts.message.take().or(damaged);
         Ok(app)
     }
@@ -129,6 +134,11 @@ impl App {
     /// The same, to be changed as a click into the 3D view would; for tests, which have no OpenGL.
     pub fn engineer_mut(&mut self) -> &mut EngineerView {
         &mut self.engineer
+    }
+
+    /// What is looked at of a merge; for tests.
+    pub fn merge_view(&self) -> &MergeView {
+        &self.merge
     }
 
     /// Opens a plan, or asks for anything else, as a press of a button would.
@@ -159,13 +169,15 @@ impl App {
         if let Some(left) = self.facts.troubles.tick(self.setup.clock.now()) {
             ctx.request_repaint_after(left);
         }
-        if self.facts.running().is_none()
+        merge::tick(self, ctx);
+        if !matches!(self.facts.job, FactsJob::Running(_) | FactsJob::Merging(_))
             && let Some(path) = self.reload.take()
         {
             engineer::reload(self, path);
         }
         // Seconds go on while a part is at hand; else nothing moves by itself.
-        if self.facts.running().is_some_and(|running| running.scan.is_some()) {
+        let merging = matches!(self.facts.job, FactsJob::Merging(_));
+        if merging || self.facts.running().is_some_and(|running| running.scan.is_some()) {
             ctx.request_repaint_after(std::time::Duration::from_millis(200));
         }
     }
@@ -207,7 +219,8 @@ impl App {
                 }
                 _ => engineer::engineer_ui(ui, &mut scope, &mut self.engineer),
             },
-            _ => operator::operator_ui(ui, &mut scope, &mut self.pictures),
+            Screen::Merge => merge::merge_ui(ui, &mut scope, &mut self.merge),
+            Screen::Operator => operator::operator_ui(ui, &mut scope, &mut self.pictures),
         });
         help::help_ui(ui, &mut scope);
         dialog::typed_path_ui(ui, &mut scope);

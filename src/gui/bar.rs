@@ -26,7 +26,7 @@ pub(super) fn top_ui(ui: &mut Ui, scope: &mut Scope) {
         if let Some(name) = places.name {
             name_ui(ui, name, scope);
         }
-        for (screen, tab) in Screen::BUILT.into_iter().zip(&places.tabs) {
+        for (screen, tab) in Screen::ALL.into_iter().zip(&places.tabs) {
             tab_ui(ui, *tab, places.font, screen, scope);
         }
         match places.menu {
@@ -41,7 +41,7 @@ pub(super) fn wishes(ui: &Ui, texts: &Words) -> Wishes {
     let of = |key: &str, points: f32| words::width(ui, texts.text(key), fonts::semibold(points));
     let lock = |screen: Screen| if screen == Screen::Engineer { LOCK } else { 0.0 };
     Wishes {
-        tabs: Screen::BUILT.into_iter().map(|screen| of(screen.key(), size::CARD) + lock(screen)).collect(),
+        tabs: Screen::ALL.into_iter().map(|screen| of(screen.key(), size::CARD) + lock(screen)).collect(),
         buttons: ["bar.help", "bar.view", "bar.open", "lock.now"].map(|key| of(key, size::BAR)).to_vec(),
         menu: of("bar.menu", size::BAR),
     }
@@ -154,7 +154,13 @@ pub(super) fn status_ui(ui: &mut Ui, scope: &mut Scope, engineer: &EngineerView)
             words::line(ui, place.with_max_x(end), Align2::LEFT_CENTER, &left, font, colour);
             return;
         }
+        let merging = scope.facts.merging.as_ref().filter(|_| scope.view.screen == Screen::Merge);
         let left = match &scope.facts.plan {
+            _ if scope.view.screen == Screen::Merge => {
+                let plan = merging.and_then(|merging| merging.plan.as_ref());
+                let file = plan.map(|plan| plan.output.file.path.display().to_string());
+                file.map(|file| texts.fill("status.merged_to", &[("file", &file)])).unwrap_or_default()
+            }
             Some(plan) => texts.fill("status.reports", &[("folder", &plan.output.folder)]),
             None => String::new(),
         };

@@ -69,6 +69,8 @@ pub(super) fn places(bar: Rect, wishes: &Wishes) -> BarPlaces {
         (0.0, 48.0, size::CARD, true),
         (0.0, 32.0, size::CARD, true),
         (0.0, 20.0, size::BAR, true),
+        (0.0, 14.0, size::BODY, true),
+        (0.0, 12.0, size::NOTE, true),
     ];
     let fits = |&(name, pad, font, folded): &(f32, f32, f32, bool)| {
         name + tabs(pad, font) + if folded { menu } else { buttons } <= room
@@ -118,7 +120,7 @@ mod tests {
         let _ = ctx.run_ui(egui::RawInput::default(), |ui| {
             for language in Language::ALL {
                 let wishes = wishes(ui, language);
-                assert_eq!((wishes.tabs.len(), wishes.buttons.len()), (Screen::BUILT.len(), 4));
+                assert_eq!((wishes.tabs.len(), wishes.buttons.len()), (Screen::ALL.len(), 4));
                 for width in 480..=3840 {
                     let window = vec2(width as f32, if width % 2 == 0 { 360.0 } else { 1080.0 });
                     let bar = Rect::from_min_size(pos2(0.0, 0.0), vec2(window.x, height(window)));

@@ -11,6 +11,8 @@ use crate::part::Part;
 use crate::plan::document::Document;
 use crate::plan::{self, Draft, Plan};
 use crate::run::{CancelToken, RunContext, Stage};
+use crate::stitch::StitchError;
+use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
 use crate::worker::scans::{Links, list_scans};
 use crate::worker::{
     self, Examiner, NoTrial, SequenceRequest, SequenceSummary, StopSwitch, Trial, check_plan, prepare_part,
@@ -46,6 +48,8 @@ pub enum Job {
     },
     /// Try the plan that is edited on a scan.
     Try(Box<TryOrder>),
+    /// Merge views and write what comes out.
+    Merge(MergeRequest),
     /// A fault on purpose.
     #[cfg(test)]
     Panic,
@@ -93,8 +97,23 @@ pub enum Event {
         /// What came out.
         trial: Result<Box<Trial>, NoTrial>,
     },
+    /// From a merge.
+    Merge(MergeEvent),
+    /// A merge has ended.
+    Merged(Box<MergedEnd>),
     /// The job was given up because of a fault.
     Failed(Diagnostic),
+}
+
+/// How a merge ended.
+#[derive(Debug)]
+pub struct MergedEnd {
+    /// What came out; the points of its views are let go.
+    pub outcome: Result<MergeJob, Option<StitchError>>,
+    /// Problems of its settings.
+    pub problems: Vec<Diagnostic>,
+    /// How long it took.
+    pub took: Duration,
 }
 
 /// What opening a plan gave.
@@ -220,6 +239,7 @@ fn carry_out(job: Job, stop: &StopSwitch, teller: &Teller) {
         }
         Job::Fetch { at, scan, plan, part } => fetch(at, scan, Examiner { plan, part }, &stop.now, teller),
         Job::Try(order) => try_on(*order, &stop.now, teller),
+        Job::Merge(request) => merge(&request, &stop.now, teller),
         #[cfg(test)]
         Job::Panic => panic!("a fault on purpose"),
     }));
@@ -255,6 +275,22 @@ fn open(path: PathBuf, stop: &StopSwitch, teller: &Teller) {
 fn scans_of(draft: &Draft) -> Option<Scans> {
     let settings = draft.scans.as_ref()?;
     Some(list_scans(settings, Links::Follow).map(|files| files.into_iter().map(|file| file.path).collect()))
+}
+
+/// Merges as the command line does. Of the views nobody looks at the points again.
+fn merge(request: &MergeRequest, cancel: &CancelToken, teller: &Teller) {
+    let begin = Instant::now();
+    let observe = |stage| teller.tell(Event::Merge(MergeEvent::Stage(stage)));
+    let mut problems = Vec::new();
+    let run = RunContext::new(cancel, &observe);
+    let mut outcome = merge_files(request, &run, &mut problems, &|event| teller.tell(Event::Merge(event)));
+    if let Ok(job) = &mut outcome {
+        for view in &mut job.result.placed.views {
+            (view.positions, view.pixels) = (Vec::new(), None);
+            view.columns.clear();
+        }
+    }
+    teller.tell(Event::Merged(Box::new(MergedEnd { outcome, problems, took: begin.elapsed() })));
 }
 
 fn fetch(at: usize, scan: PathBuf, examiner: Examiner, cancel: &CancelToken, teller: &Teller) {

@@ -1,6 +1,7 @@
 //! What is so: the plan, the part, what was inspected, what the worker does. Only the worker's events change it.
 
 use super::engineer::Editing;
+use super::merge::{MergeRun, Merging};
 use crate::diagnostic::{Diagnostic, Refusal};
 use crate::inspect::{DeviationMap, InspectionResult, Outcome};
 use crate::part::Part;
@@ -149,6 +150,8 @@ pub enum Job {
         /// What is done with it.
         stage: Option<Stage>,
     },
+    /// Views are merged.
+    Merging(MergeRun),
     /// A part is inspected again for its points.
     Fetching {
         /// Its place in `Facts::parts`.
@@ -237,6 +240,8 @@ pub struct Facts {
     pub left_over: usize,
     /// The plan as it is edited, once the engineer has opened it.
     pub editing: Option<Editing>,
+    /// The merge that is looked at.
+    pub merging: Option<Merging>,
     /// A message that nobody put away yet.
     pub message: Option<Diagnostic>,
 }

@@ -5,6 +5,7 @@ use super::app::App;
 use super::bridge::{Event, Opened, Scans};
 use super::engineer;
 use super::facts::{FinishedPart, Job, RunningScan, Troubles, Unfinished};
+use super::merge;
 use super::settings::Counted;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::inspect::{Inspected, InspectionResult, Outcome};
@@ -23,6 +24,8 @@ pub(super) fn event(app: &mut App, event: Event) {
         Event::Ended(summary, scans) => ended(app, summary, scans),
         Event::Fetched { at, inspected, took } => fetched(app, at, *inspected, took),
         Event::Tried { version, trial } => tried(app, version, trial),
+        Event::Merge(event) => merge::hear(app, event),
+        Event::Merged(end) => merge::ended(app, *end),
         Event::Failed(fault) => failed(app, fault),
     }
 }
@@ -30,6 +33,9 @@ pub(super) fn event(app: &mut App, event: Event) {
 /// A job was given up because of a fault; a run ends with it.
 fn failed(app: &mut App, fault: Diagnostic) {
     let was_running = app.facts.running().is_some();
+    if let (Job::Merging(_), Some(merging)) = (&app.facts.job, &mut app.facts.merging) {
+        merging.fault = Some(fault.clone());
+    }
     app.facts.job = Job::Idle;
     app.facts.troubles = Troubles::default();
     app.facts.message = Some(fault.clone());
@@ -48,6 +54,7 @@ fn enter(app: &mut App, stage: Stage) {
             Some(scan) => scan.stage = Some(stage),
             None => running.stage = Some(stage),
         },
+        Job::Merging(run) => run.stage = Some(stage),
         Job::Fetching { .. } | Job::Idle => {}
     }
 }

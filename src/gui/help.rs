@@ -18,7 +18,7 @@ pub(super) fn help_ui(ui: &mut Ui, scope: &mut Scope) {
         ui.heading(words.text("help.title"));
         ui.add_space(8.0);
         let window = ui.ctx().content_rect().size();
-        let all = || keys::EVERYWHERE.iter().chain(keys::RESULTS).chain(keys::ENGINEER);
+        let all = || keys::EVERYWHERE.iter().chain(keys::RESULTS).chain(keys::ENGINEER).chain(keys::MERGE);
         let wide = |keys: &str| write::width(ui, keys, fonts::mono(size::BODY));
         let keys_width = all().map(|(keys, _)| wide(keys)).fold(0.0, f32::max) + 24.0;
         ui.set_width(f32::min(keys_width + 420.0, window.x - 80.0));

@@ -3,6 +3,7 @@
 use super::action::{Action, Screen};
 use super::engineer::{Command, Edit};
 use super::facts::{Facts, Job};
+use super::merge;
 use super::scope::ViewState;
 use super::settings::SCALES;
 use egui::{Key, Modifiers};
@@ -15,7 +16,7 @@ pub(super) const EVERYWHERE: &[(&str, &str)] = &[
     ("F1", "help.help"),
     ("F11", "help.full_screen"),
     ("Ctrl+O", "help.open"),
-    ("Ctrl+1 … 3", "help.screens"),
+    ("Ctrl+1 … 4", "help.screens"),
     ("Page up, Page down", "help.parts"),
     ("Ctrl +, Ctrl −", "help.scale"),
     ("Tab, Enter", "help.controls"),
@@ -45,6 +46,9 @@ pub(super) const ENGINEER: &[(&str, &str)] = &[
     ("Alt+↑↓, F2", "help.move_row"),
 ];
 
+/// Shortcuts of the merge screen; its clouds take those of the results' views, too.
+pub(super) const MERGE: &[(&str, &str)] = &[("F5, Esc", "help.merge")];
+
 /// Turns keys into actions.
 ///
 /// `typing`: a field has the focus, or had it when the last frame ended.
@@ -62,7 +66,7 @@ pub(super) fn collect(
         actions.push(Action::Help(!view.help));
     }
     if pressed(Modifiers::NONE, Key::F5) {
-        actions.push(Action::Run);
+        actions.push(if view.screen == Screen::Merge { Action::Merge(merge::Command::Merge) } else { Action::Run });
     }
     if pressed(Modifiers::NONE, Key::F7) {
         actions.push(Action::Watch(!watch));
@@ -73,7 +77,7 @@ pub(super) fn collect(
     if pressed(Modifiers::COMMAND, Key::O) {
         actions.push(Action::AskForPlan);
     }
-    for (key, screen) in [Key::Num1, Key::Num2, Key::Num3].into_iter().zip(Screen::BUILT) {
+    for (key, screen) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(Screen::ALL) {
         if pressed(Modifiers::COMMAND, key) {
             actions.push(Action::Show(screen));
         }
@@ -98,12 +102,14 @@ pub(super) fn collect(
     // Esc takes away what lies on top before it stops anything.
     let on_top = view.help || view.typed_path.is_some();
     let trying = matches!(facts.job, Job::Trying { .. });
+    let merging = matches!(facts.job, Job::Merging(_));
     let modal = ctx.memory(|m| m.top_modal_layer().is_some());
     let owned = typing || modal || egui::Popup::is_any_open(ctx);
-    if (on_top || ((trying || facts.running().is_some()) && !owned)) && pressed_anew(ctx, Key::Escape) {
+    if (on_top || ((trying || merging || facts.running().is_some()) && !owned)) && pressed_anew(ctx, Key::Escape) {
         actions.push(match () {
             () if view.help => Action::Help(false),
             () if view.typed_path.is_some() => Action::TypePath(false),
+            () if merging => Action::Merge(merge::Command::Stop),
             () if trying => Action::Engineer(Command::StopTrying),
             () => Action::Stop,
         });

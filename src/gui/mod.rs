@@ -24,6 +24,7 @@ mod icon;
 mod keys;
 mod later;
 mod menus;
+pub mod merge;
 mod messages;
 mod new_plan;
 mod open;

@@ -6,6 +6,7 @@ use super::bridge;
 use super::dialog;
 use super::engineer;
 use super::facts::{Facts, Job, Running};
+use super::merge;
 use super::new_plan;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::worker::{SequenceRequest, WatchSettings};
@@ -16,7 +17,7 @@ use std::time::Instant;
 pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
     match action {
         Action::Show(screen) => show(app, screen),
-        Action::Open(path) => open(app, path),
+        Action::Open(path) => open(app, ctx, path),
         Action::AskForPlan => app.dialog.ask(ctx, app.facts.plan_path.as_deref()),
         Action::TypePath(open) => app.view.typed_path = open.then(String::new),
         Action::Run => run(app, Vec::new()),
@@ -51,6 +52,7 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Edit(edit) => engineer::edit(app, &edit),
         Action::Engineer(command) => engineer::command(app, ctx, command),
         Action::Close => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+        Action::Merge(command) => merge::command(app, ctx, command),
         Action::NewPlan(command) => new_plan::act::command(app, ctx, command),
         Action::FullScreen => {
             let full = ctx.input(|i| i.viewport().fullscreen.unwrap_or(false));
@@ -61,21 +63,41 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
 
 impl App {
     /// The plan of the first frame: the one that was named, else the last one, else the demo.
-    pub(super) fn open_first(&mut self) {
+    /// Beside a merge that was named, the last plan is open, too.
+    pub(super) fn open_first(&mut self, ctx: &egui::Context) {
         if let Some(path) = self.setup.plan.clone() {
-            return open(self, path);
+            if !merge::is_merge(&path) {
+                return open(self, ctx, path);
+            }
+            open(self, ctx, path);
         }
-        let last = self.settings.recent.iter().map(|r| r.path.clone()).find(|path| path.is_file());
+        let is_plan = |path: &PathBuf| path.is_file() && !merge::is_merge(path);
+        let last = self.settings.recent.iter().map(|r| r.path.clone()).find(is_plan);
         let demo = || self.setup.data_folder.as_deref().map(|folder| crate::demo::unpack(&folder.join("demo")));
         match last.map(Ok).or_else(demo) {
-            Some(Ok(path)) => open(self, path),
+            Some(Ok(path)) => {
+                open(self, ctx, path);
+                // What was asked for stands before what is open beside it.
+                if self.facts.merging.is_some() {
+                    self.view.screen = Screen::Merge;
+                }
+            }
             Some(Err(fault)) => self.facts.message = Some(fault),
             None => {}
         }
     }
 }
 
-fn open(app: &mut App, path: PathBuf) {
+fn open(app: &mut App, ctx: &egui::Context, path: PathBuf) {
+    if merge::is_merge(&path) {
+        let path = std::path::absolute(&path).unwrap_or(path);
+        return merge::open(app, ctx, path);
+    }
+    if matches!(app.facts.job, Job::Merging(_)) {
+        let help = "stop it first, then open the plan";
+        app.facts.message = Some(Diagnostic::warning("a merge is running").with_help(help));
+        return;
+    }
     if app.facts.running().is_some() {
         let message = "a sequence is running";
         let help = "stop it first, then open the other plan";
@@ -111,8 +133,12 @@ fn open(app: &mut App, path: PathBuf) {
     app.facts = Facts {
         plan_path: Some(path.clone()),
         job: Job::Opening { path: path.clone(), stage: None },
+        merging: app.facts.merging.take(),
         ..Facts::default()
     };
+    if app.view.screen == Screen::Merge {
+        app.view.screen = Screen::Operator;
+    }
     app.view.part = None;
     app.view.point = None;
     app.view.typed_path = None;
@@ -124,6 +150,7 @@ pub(super) fn may_run(facts: &Facts) -> Result<&Path, &'static str> {
     match &facts.job {
         Job::Opening { .. } => return Err("operator.not_while_opening"),
         Job::Running(_) => return Err("operator.running_already"),
+        Job::Merging(_) => return Err("operator.not_while_merging"),
         Job::Idle | Job::Fetching { .. } | Job::Trying { .. } => {}
     }
     if facts.problems.iter().any(|p| p.severity == Severity::Error) {

@@ -12,6 +12,9 @@ use crate::plan::merge::{Mask, MergeFeature, Metric};
 use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 
+/// Points that are fitted in all; of more a fixed part of each view, so that the figures follow a hand on a slider.
+const MOST_FITTED: usize = 200_000;
+
 /// A shape near the points of each view, by feature; none where no such shape fits the view.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Starts(Vec<Vec<Option<Fitted>>>);
@@ -42,6 +45,8 @@ pub struct Worth {
     pub kept_by: Vec<usize>,
     /// By feature.
     pub features: Vec<FeatureWorth>,
+    /// One point in how many was fitted; 1 = all of them.
+    pub fitted_every: usize,
 }
 
 /// How what is left scatters about a feature.
@@ -76,17 +81,20 @@ fn keeps(mask: &Mask, values: &[f32]) -> usize {
 /// # Errors
 /// The job was stopped.
 pub fn worth(views: &[View], starts: &Starts, masks: &[Mask], run: &RunContext) -> Result<Worth, Cancelled> {
+    let all: usize = views.iter().map(|view| view.positions.len()).sum();
+    let fitted_every = all.div_ceil(MOST_FITTED).max(1);
     let of_view = |(index, view): (usize, &View)| {
         run.check()?;
         let (keep, by) = keep(view, masks);
-        let points: Vec<Point3> =
-            view.positions.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(p, _)| *p).collect();
+        let left = keep.iter().filter(|keep| **keep).count();
+        let some = view.positions.iter().zip(&keep).step_by(fitted_every);
+        let points: Vec<Point3> = some.filter(|(_, keep)| **keep).map(|(p, _)| *p).collect();
         let mut fits = Vec::new();
         for near in &starts.0 {
             run.check()?;
             fits.push(near[index].as_ref().and_then(|near| fit_feature_near(near, &points).ok()));
         }
-        Ok((points.len(), by, fits))
+        Ok((left, by, fits))
     };
     let views: Vec<_> = views.par_iter().enumerate().map(of_view).collect::<Result<_, Cancelled>>()?;
     let kept_by = (0..masks.len()).map(|k| views.iter().map(|(_, by, _)| by[k]).sum()).collect();
@@ -106,27 +114,29 @@ pub fn worth(views: &[View], starts: &Starts, masks: &[Mask], run: &RunContext) 
         }
     });
     let features = features.collect();
-    Ok(Worth { kept: views.iter().map(|(kept, ..)| *kept).collect(), kept_by, features })
+    Ok(Worth { kept: views.iter().map(|(kept, ..)| *kept).collect(), kept_by, features, fitted_every })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::plan::merge::FeatureKind;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
     use std::collections::BTreeMap;
 
-    /// A plane with noise that grows with d_cal: a grid of 60 by 60, its heights alternating by an eighth of d_cal.
+    /// A plane with noise that grows with d_cal: a grid of 60 by 60, its heights anywhere within a fifth of d_cal.
     fn plane(tilt: f64) -> View {
         let cell = |k: usize| (k / 60, k % 60);
         let d_cal = |k: usize| cell(k).0 as f32;
-        let place = |k: usize| {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let mut place = |k: usize| {
             let (x, y) = (cell(k).0 as f64, cell(k).1 as f64);
-            let sign = if (cell(k).0 / 2 + cell(k).1) % 2 == 0 { 1.0 } else { -1.0 };
-            Point3::new(x, y, tilt * x + sign * 0.125 * x)
+            Point3::new(x, y, tilt * x + 0.2 * x * rng.random_range(-1.0..1.0))
         };
         View {
             name: "v".into(),
-            positions: (0..3600).map(place).collect(),
+            positions: (0..3600).map(&mut place).collect(),
             columns: BTreeMap::from([(Metric::CalibrationDistance, (0..3600).map(d_cal).collect())]),
             pixels: None,
             sensor: Point3::new(0.0, 0.0, 100.0),
@@ -147,11 +157,11 @@ mod tests {
         assert_eq!((all.kept.as_slice(), all.kept_by.len()), (&[3600, 3600][..], 0));
         let masked = worth(&views, &starts, &[mask(29.0)], &run).unwrap();
         assert_eq!((masked.kept.as_slice(), masked.kept_by.as_slice()), (&[1800, 1800][..], &[3600][..]));
-        // Heights are off by 0.125 x: over 0..30 the root of the mean square is 0.125 * sqrt(29 * 59 / 6) = 2.11; a plane of alternating signs takes
-        // nothing of it but a share of one in some hundred points. A tilted plane is nearer by its cosine, 0.958.
-        let level = 2.11 * ((1.0 + 0.958f64.powi(2)) / 2.0).sqrt();
+        // Heights are off by 0.2 x / sqrt(3) on average: over 0..30 that is 0.2 * sqrt(29 * 59 / 18) = 1.95, of 1800 numbers known to 2 %. A tilted
+        // plane is nearer by its cosine, 0.958.
+        let level = 1.95 * ((1.0 + 0.958f64.powi(2)) / 2.0).sqrt();
         let sigma = masked.features[0].sigma_dev.unwrap();
-        assert!((sigma / level - 1.0).abs() < 0.03, "{sigma} {level}");
+        assert!((sigma / level - 1.0).abs() < 0.06, "{sigma} {level}");
         assert!(all.features[0].sigma_dev.unwrap() > 1.8 * sigma);
         assert!(masked.features[0].shapes.iter().all(Option::is_some) && masked.features[0].radius.is_none());
         // The study of that metric says the same at that threshold.

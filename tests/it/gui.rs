@@ -1,6 +1,7 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
 mod engineer;
+mod merge;
 mod names;
 mod new_plan;
 mod picking;

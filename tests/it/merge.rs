@@ -62,22 +62,22 @@ impl Views {
         self.folder.path().join(name)
     }
 
-    fn write(&self, name: &str, text: &str) {
+    pub fn write(&self, name: &str, text: &str) {
         std::fs::write(self.path(name), text).expect("a file of the test");
     }
 
     /// A view as text PLY with some of its columns, lengths times `scale`.
-    fn write_view(&self, k: usize, columns: &[&str], scale: f64) {
+    pub fn write_view(&self, k: usize, columns: &[&str], scale: f64) {
         self.write(&format!("views/view_{k:02}.ply"), &view_text(k, columns, scale));
     }
 
     /// Settings of which some lines are others: `key = value` replaces the line of that key, anything else is added.
-    fn settings(&self, more: &str) {
+    pub fn settings(&self, more: &str) {
         let text = "schema = 1\nunit = \"um\"\n[views]\npattern = \"view_??.ply\"\nposes = \"views.json\"\n[registration]\nenabled = false\n";
         self.write("merge.toml", &format!("{text}{more}"));
     }
 
-    fn run(&self, arguments: &[&str]) -> Ran {
+    pub fn run(&self, arguments: &[&str]) -> Ran {
         run_in(self.folder.path(), ["merge", "merge.toml"].iter().chain(arguments))
     }
 

@@ -197,6 +197,10 @@ pub(in crate::gui) fn reload(app: &mut App, path: PathBuf) {
         app.facts.message = Some(Diagnostic::warning(message));
         return;
     }
+    if let Job::Merging(_) = app.facts.job {
+        app.reload = Some(path);
+        return;
+    }
     app.reload = None;
     app.view.point = None;
     app.facts.job = Job::Opening { path: path.clone(), stage: None };

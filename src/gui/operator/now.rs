@@ -113,6 +113,7 @@ fn title(scope: &Scope) -> String {
             with_stage(&words.fill("operator.trying", &[("scan", &name)]), stage_words(words, *stage))
         }
         Job::Running(running) => running_title(running, words),
+        Job::Merging(_) => words.text("operator.not_while_merging").to_owned(),
         Job::Idle => idle_title(scope),
     }
 }

@@ -264,7 +264,10 @@ fn before_the_first(scope: &Scope) -> Said {
             );
         }
         Job::Running(_) => return say(Sign::None, "verdict.running", text("operator.appears_here"), String::new()),
-        Job::Idle | Job::Fetching { .. } | Job::Trying { .. } => {}
+        Job::Merging(_) if facts.plan.is_some() => {
+            return say(Sign::None, "verdict.waiting", text("operator.not_while_merging"), String::new());
+        }
+        Job::Idle | Job::Fetching { .. } | Job::Trying { .. } | Job::Merging(_) => {}
     }
     if let Err(why) = may_run(facts) {
         return say(Sign::None, "verdict.not_ready", text(why), text("operator.open_another"));

@@ -34,7 +34,7 @@ pub struct Points {
 }
 
 impl Points {
-    /// Of a cloud in any unit. `frame`: points that the scene has to hold as well, so that two clouds lie alike; `towards`: where it was seen
+    /// Of a cloud in any unit. `frame`: points that tell the scene's middle and size as well, so that two clouds lie alike; `towards`: where it was seen
     /// from; `spacing`: the distance of neighbours.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl Points {
         let positions: Vec<[f32; 3]> = positions.collect();
         run.check()?;
         let sample = positions.iter().take(SAMPLE).map(|p| Point3::from(p.map(f64::from)));
-        let all: Vec<Point3> = sample.chain(frame.iter().map(to_scene)).collect();
+        let all: Vec<Point3> = sample.collect();
         let hull = convex_hull(&all).vertices;
         // A flat cloud has no hull.
         let corners = if hull.is_empty() { all.into_iter().take(2000).collect() } else { hull };

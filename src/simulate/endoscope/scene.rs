@@ -75,6 +75,28 @@ impl Scene {
         scene
     }
 
+    /// A pin: the same cylinder from two rows of three poses, and a view of a sphere among them that claims to be a seventh of the pin.
+    pub fn pin(prior: PriorError, seed: u64) -> Self {
+        let mut scene = Self::cylinder(prior, seed);
+        (scene.name, scene.stations) = ("pin".into(), Vec::new());
+        let place = |lean: f64, along: f64, radius: f64| {
+            let normal = Vector3::new(0.0, f64::to_radians(lean).sin(), f64::to_radians(lean).cos());
+            (Point3::from(Vector3::new(along, 0.0, 0.0) + normal * (radius - 200.0)), normal)
+        };
+        let rows = [-20.0, 20.0].into_iter().flat_map(|lean| [-500.0, 0.0, 500.0].map(|along| (lean, along)));
+        let places: Vec<_> = rows.map(|(lean, along)| place(lean, along, CYLINDER_RADIUS_UM)).collect();
+        scene.stand(&places, prior);
+        scene.other = Some(Surface::unworn(Shape::Sphere { radius: SPHERE_RADIUS_UM }));
+        let mut rng = stream(seed, Stream::Poses);
+        rng.set_word_pos(1 << 40);
+        let (target, normal) = place(5.0, 60.0, SPHERE_RADIUS_UM);
+        let (world_from_view, _) = scene.station_at(&target, &normal, &mut rng);
+        let (claim, normal) = place(0.0, 250.0, CYLINDER_RADIUS_UM);
+        let (claimed, _) = scene.station_at(&claim, &normal, &mut rng);
+        scene.stations.push(Station { world_from_view, prior: claimed, is_wrong: true });
+        scene
+    }
+
     /// A plane, z = 0, µm, from two poses that lean by 15 degrees.
     pub fn plane(prior: PriorError, seed: u64) -> Self {
         let mut scene = Self::new("plane", LengthUnit::Um, SensorModel::paper(), Surface::unworn(Shape::Plane), seed);

@@ -11,10 +11,14 @@ use crate::stitch::columns::{Asked, complete};
 use crate::stitch::mask_study::{MaskStudy, mask_study};
 use crate::stitch::mask_worth::Starts;
 use crate::stitch::{Measured, StitchError, Tools, View, poses, wanted};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Points that are looked at in all; of more a fixed part of each view.
 const MOST_POINTS: usize = 4_000_000;
+
+/// Points that a study of masks looks at in all; of more a fixed part.
+const STUDIED_POINTS: usize = 100_000;
 
 /// What became of a view's file.
 #[derive(Debug, Clone)]
@@ -44,6 +48,8 @@ pub struct Preview {
     pub every: Vec<usize>,
     /// Shapes near the features.
     pub shapes: Starts,
+    /// Of each metric that every view knows: thresholds with the share of the points that they keep, from the loosest on.
+    pub keeps: BTreeMap<Metric, Vec<[f64; 2]>>,
     /// Why poses cannot be used, where they cannot.
     pub no_poses: Option<Diagnostic>,
 }
@@ -57,6 +63,11 @@ impl Preview {
     /// Points that are looked at.
     pub fn looked_at(&self) -> usize {
         self.views.iter().map(|view| view.positions.len()).sum()
+    }
+
+    /// The study looks at one point in how many of those that are here.
+    pub fn study_every(&self) -> usize {
+        self.looked_at().div_ceil(STUDIED_POINTS).max(1)
     }
 
     /// Metrics that every view knows.
@@ -84,6 +95,7 @@ pub fn preview(plan: &MergePlan, run: &RunContext, tell: &(dyn Fn(MergeEvent) + 
         starts: Vec::new(),
         every: Vec::new(),
         shapes: Starts::default(),
+        keeps: BTreeMap::new(),
         no_poses,
     };
     for (number, path) in paths.iter().enumerate() {
@@ -104,9 +116,37 @@ pub fn preview(plan: &MergePlan, run: &RunContext, tell: &(dyn Fn(MergeEvent) + 
         };
         found.files.push(PreviewView { name: names[number].clone(), read, points, at });
     }
+    for metric in found.metrics() {
+        run.check()?;
+        found.keeps.insert(metric, keeps(&found.views, metric));
+    }
     found.shapes = Starts::of(&found.views, &plan.features, run)?;
     Ok(found)
 }
+
+/// Steps of such a curve, and values that it is told by at most.
+const STEPS: usize = 100;
+const MOST_VALUES: usize = 200_000;
+
+/// Thresholds of a metric with the share of the points that each keeps; what lies outermost is left to typed numbers.
+fn keeps(views: &[View], metric: Metric) -> Vec<[f64; 2]> {
+    let all = || views.iter().flat_map(|view| &view.columns[&metric]);
+    let every = all().count().div_ceil(MOST_VALUES).max(1);
+    let some: Vec<f64> = all().step_by(every).map(|value| f64::from(*value)).collect();
+    let mut known: Vec<f64> = some.iter().copied().filter(|value| value.is_finite()).collect();
+    // The better ones last: a threshold keeps itself and what stands behind it.
+    known.sort_by(|a, b| metric.score(*a).total_cmp(&metric.score(*b)));
+    let at = |share: f64| (share * known.len().saturating_sub(1) as f64).round() as usize;
+    let step = |k: usize| at(OUTERMOST + (1.0 - 2.0 * OUTERMOST) * k as f64 / STEPS as f64);
+    let steps = (0..=STEPS).map(step).filter(|k| *k < known.len());
+    let mut curve: Vec<[f64; 2]> =
+        steps.map(|k| [known[k], (known.len() - k) as f64 / some.len().max(1) as f64]).collect();
+    curve.dedup_by_key(|[threshold, _]| *threshold);
+    curve
+}
+
+/// The share of the points at either end that no slider reaches.
+const OUTERMOST: f64 = 0.001;
 
 /// A view with every metric that can be known of it; what stands off its surroundings takes long, and is computed of a large view only
 /// where the settings ask for it.
@@ -178,5 +218,60 @@ pub fn study_preview(
     told: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<MaskStudy, StitchError> {
     let masks: Vec<Mask> = plan.masks.iter().map(|mask| mask.value).collect();
-    mask_study(&preview.views, &plan.features, &masks, run, told).map_err(|error| fault_of(plan, error))
+    let every = preview.study_every();
+    let thin = |view: &View| thinned(view.clone(), view.positions.len().div_ceil(every).max(1)).0;
+    let few: Vec<View> = if every > 1 { preview.views.iter().map(thin).collect() } else { Vec::new() };
+    let views = if every > 1 { &few } else { &preview.views };
+    mask_study(views, &plan.features, &masks, run, told).map_err(|error| fault_of(plan, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point3;
+
+    fn view(count: usize) -> View {
+        let values = |k: usize| if k % 10 == 9 { f32::NAN } else { k as f32 };
+        View {
+            name: "v".into(),
+            positions: (0..count).map(|k| Point3::new(k as f64, 0.0, 0.0)).collect(),
+            columns: BTreeMap::from([
+                (Metric::Strength, (0..count).map(values).collect()),
+                (Metric::CalibrationDistance, (0..count).map(values).collect()),
+            ]),
+            pixels: Some((0..count as u32).map(|k| [k, k]).collect()),
+            sensor: Point3::origin(),
+        }
+    }
+
+    #[test]
+    fn of_a_large_view_every_so_many_points_are_looked_at_with_all_that_is_known_of_them() {
+        let (few, every) = thinned(view(1000), 300);
+        assert_eq!((few.positions.len(), every), (250, 4));
+        for (k, place) in few.positions.iter().enumerate() {
+            assert_eq!((place.x, few.pixels.as_ref().unwrap()[k][0]), (4.0 * k as f64, 4 * k as u32));
+        }
+        assert!(few.columns.values().all(|values| values.len() == 250 && values[3] == 12.0));
+        let (all, every) = thinned(view(1000), 1000);
+        assert_eq!((all.positions.len(), every), (1000, 1));
+    }
+
+    /// A tenth of the values is no number: no threshold keeps them.
+    #[test]
+    fn a_curve_falls_from_all_that_is_known_to_the_best() {
+        let views = [view(10_000)];
+        for metric in [Metric::Strength, Metric::CalibrationDistance] {
+            let curve = keeps(&views, metric);
+            let mask = |threshold: f64| match metric {
+                Metric::Strength => Mask { metric, min: threshold, max: f64::INFINITY },
+                _ => Mask { metric, min: f64::NEG_INFINITY, max: threshold },
+            };
+            for [threshold, share] in &curve {
+                let kept = views[0].columns[&metric].iter().filter(|value| mask(*threshold).keeps(**value)).count();
+                assert_eq!(*share, kept as f64 / 10_000.0, "{metric:?} {threshold}");
+            }
+            assert!(curve.len() == STEPS + 1 && curve[0][1] > 0.89 && curve[STEPS][1] < 0.01);
+            assert!(curve.windows(2).all(|w| w[0][1] > w[1][1]));
+        }
+    }
 }

@@ -123,6 +123,39 @@ fn places_are_whole(window: &mut Window, size: [f32; 2], language: Language) {
 }
 
 #[test]
+fn no_control_of_a_merge_lies_over_another_in_any_window_and_language() {
+    let views = super::super::merge::Views::new();
+    views.settings("[mask]\nd_cal = { max = 100.0 }\n[[feature]]\nkind = \"plane\"\n");
+    let setup = Setup { plan: Some(views.path("merge.toml")), ..Setup::default() };
+    let mut window = Window::open(setup, [1280.0, 800.0]);
+    window.wait("the views are read", |app| {
+        app.facts().merging.as_ref().is_some_and(|m| m.preview().is_some() && m.worth.is_some())
+    });
+    window.ask(Action::Merge(shapeline::gui::merge::Command::Merge));
+    window.wait("the merge has ended", |app| matches!(app.facts().job, Job::Idle));
+    window.ask(Action::Merge(shapeline::gui::merge::Command::Mask(
+        shapeline::plan::merge::Metric::CalibrationDistance,
+        Some(80.0),
+    )));
+    for language in Language::ALL {
+        window.ask(Action::Language(language));
+        let words = Words::of(language);
+        for size in SIZES {
+            window.harness.set_size(size.into());
+            window.harness.run_steps(3);
+            assert_apart(&window, 0.42 * size[1], size, &format!("{language:?}, a merge"));
+            for key in ["merge.masks", "results.tab_scene", "merge.study", "merge.result", "merge.views"] {
+                let tab = By::new().role(Role::Tab).label(words.text(key));
+                let Some(node) = window.harness.query_all(tab).next() else { continue };
+                node.click();
+                window.harness.run_steps(3);
+                assert_apart(&window, 0.6 * size[1], size, &format!("{language:?}, {key}"));
+            }
+        }
+    }
+}
+
+#[test]
 fn what_the_bar_holds_can_be_reached_where_it_is_folded() {
     let project = Project::new();
     let mut window = Window::open(setup(&project), [480.0, 360.0]);
