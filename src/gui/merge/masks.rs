@@ -277,12 +277,13 @@ mod tests {
 
     #[test]
     fn a_share_is_read_between_the_steps_of_its_curve() {
-        let rising = [[1.0, 1.0], [2.0, 0.5], [4.0, 0.1]];
+        // Quarters, so that nothing is rounded.
+        let rising = [[1.0, 1.0], [2.0, 0.5], [4.0, 0.25]];
         let at = |value| share_at(&rising, Metric::Strength, value);
-        assert_eq!([at(0.0), at(1.5), at(3.0), at(4.0), at(5.0)], [1.0, 0.75, 0.3, 0.1, 0.0]);
-        let falling = [[9.0, 1.0], [3.0, 0.4]];
+        assert_eq!([at(0.0), at(1.5), at(3.0), at(4.0), at(5.0)], [1.0, 0.75, 0.375, 0.25, 0.0]);
+        let falling = [[8.0, 1.0], [4.0, 0.5]];
         let at = |value| share_at(&falling, Metric::CalibrationDistance, value);
-        assert_eq!([at(10.0), at(6.0), at(2.0)], [1.0, 0.7, 0.0]);
+        assert_eq!([at(10.0), at(6.0), at(2.0)], [1.0, 0.75, 0.0]);
         assert!(share_at(&[], Metric::Strength, 1.0).is_nan());
     }
 }
