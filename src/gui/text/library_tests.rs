@@ -54,6 +54,7 @@ const NOT_SHOWN: &[&str] = &[
 /// what the window has words of its own for, what a programmer reads. The last one stays English.
 const NO_SENTENCES: &[&str] = &[
     "a pose is a proper rotation",
+    "[output] compare_with: {}: {fault}",
     "# shapeline autosave of ",
     "what was not saved",
     "\"schema\": \"shapeline-result/",

@@ -111,9 +111,8 @@ fn read_views(
     if views.is_empty()
         && let Some(fault) = faults.first()
     {
-        return Err(
-            Diagnostic { message: format!("{}; no view can be used", in_one_line(fault)), ..fault.clone() }.into()
-        );
+        let words = in_one_line(fault);
+        return Err(Diagnostic { message: format!("{words}; no view can be used"), ..fault.clone() }.into());
     }
     let unusable = faults.len();
     faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
