@@ -2,6 +2,7 @@
 
 mod away;
 mod by_cad;
+mod calibrated;
 mod compare;
 mod files;
 mod job;
@@ -22,12 +23,12 @@ use crate::geometry::Isometry3;
 use crate::part::Part;
 use crate::plan::merge::{MergePlan, NamedFile, Prealign};
 use crate::run::{RunContext, Stage};
-use crate::stitch::units::check_calibration;
 use crate::stitch::{
-    Conditioned, FileIdentity, MergeIdentity, MergeResult, NoStart, StitchError, Tools, ViewEnd, ViewFile, calibration,
-    poses, wanted,
+    Conditioned, FileIdentity, MergeIdentity, MergeResult, NoStart, StitchError, Tools, ViewEnd, ViewFile, poses,
+    wanted,
 };
 use away::Away;
+use calibrated::Calibrated;
 use files::{list_views, name_of, read_named};
 use std::path::{Path, PathBuf};
 use views::Views;
@@ -163,30 +164,10 @@ impl Around {
             }
             Prealign::None => {}
         }
-        let read = |named: &Option<NamedFile>| -> Result<_, StitchError> {
-            let Some(named) = named else { return Ok(None) };
-            let (bytes, sha256) = read_named(&named.path, run)?;
-            let (features, count) = calibration(&bytes, &named.path, plan.unit, run)?;
-            Ok(Some((features, file_of(&named.path, sha256), count)))
-        };
-        let mut tools = Tools::default();
-        if let Some((features, file, count)) = read(&plan.calibration.camera)? {
-            (tools.camera, identity.camera) = (Some(features), Some((file, count)));
-        }
-        if let Some((features, file, count)) = read(&plan.calibration.projector)? {
-            (tools.projector, identity.projector) = (Some(features), Some((file, count)));
-        }
+        let calibrated = Calibrated::read(plan, run)?;
+        (identity.camera, identity.projector) = (calibrated.camera, calibrated.projector);
+        let tools = calibrated.tools;
         Ok(Self { tools, poses: known_poses, part, identity })
-    }
-
-    /// Calibration in another unit than the views is a mistake of the settings, not of a view.
-    fn check_units(&self, plan: &MergePlan, view: &[crate::geometry::Point3]) -> Result<(), StitchError> {
-        let pairs =
-            [(&plan.calibration.camera, &self.tools.camera), (&plan.calibration.projector, &self.tools.projector)];
-        pairs.into_iter().try_for_each(|(file, features)| match (file, features) {
-            (Some(file), Some(features)) => check_calibration(plan, file, features, view),
-            _ => Ok(()),
-        })
     }
 
     /// What is known of a view's pose.

@@ -1,13 +1,13 @@
 //! The views of a merge as they are looked at before anything is merged: all metrics, nothing masked, nothing written.
 
 use super::MergeEvent;
+use super::calibrated::{Calibrated, check_units};
 use super::files::{list_views, name_of, read_named, read_view};
-use super::study::{check_units, fault_of, tools};
+use super::study::{complete_all, fault_of};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Isometry3;
 use crate::plan::merge::{Mask, MergePlan, Metric, Prealign};
 use crate::run::{RunContext, Stage};
-use crate::stitch::columns::{Asked, complete};
 use crate::stitch::mask_study::{MaskStudy, mask_study};
 use crate::stitch::mask_worth::Starts;
 use crate::stitch::{Measured, StitchError, Tools, View, poses, wanted};
@@ -84,7 +84,7 @@ impl Preview {
 /// No view at all, settings that name something that cannot be used, or the job was stopped.
 pub fn preview(plan: &MergePlan, run: &RunContext, tell: &(dyn Fn(MergeEvent) + Sync)) -> Result<Preview, StitchError> {
     let paths = list_views(plan, &plan.views.folder.path, 1)?;
-    let tools = tools(plan, run)?;
+    let tools = Calibrated::read(plan, run)?.tools;
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
     let (poses, no_poses) = poses_of(plan, &names, run)?;
     let most = (MOST_POINTS / paths.len()).max(1);
@@ -157,16 +157,8 @@ fn one(plan: &MergePlan, tools: &Tools, path: &Path, most: usize, run: &RunConte
     let wanted = wanted(plan);
     let takes_long = |metric| matches!(metric, Metric::NonUniformity | Metric::NonUniformityAngle);
     let is_large = measured.view.positions.len() > most;
-    for metric in Metric::ALL {
-        if is_large && takes_long(metric) && wanted.iter().all(|(asked, _)| *asked != metric) {
-            continue;
-        }
-        // What nothing is known of has no slider.
-        let asked = [(metric, Asked { words: metric.key().to_owned(), line: 1 })];
-        if let Err(StitchError::Cancelled(cancelled)) = complete(plan, tools, &mut measured, &asked, run) {
-            return Err(cancelled.into());
-        }
-    }
+    let asked_for = |metric| !(is_large && takes_long(metric)) || wanted.iter().any(|(asked, _)| *asked == metric);
+    complete_all(plan, tools, &mut measured, asked_for, run)?;
     Ok(measured)
 }
 

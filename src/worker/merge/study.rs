@@ -1,17 +1,16 @@
 //! `shapeline mask-study`: settings and views to a table and plots of what each mask is worth.
 
-use super::files::{list_views, name_of, read_named, read_view};
+use super::calibrated::{Calibrated, check_units};
+use super::files::{list_views, name_of, read_view};
 use super::{MergeEvent, in_one_line};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::plan::merge::{self, Mask, MergePlan, Metric, NamedFile, ViewsOf};
+use crate::plan::merge::{self, Mask, MergePlan, Metric, ViewsOf};
 use crate::report::pdf::mask_study::mask_study_pdf;
 use crate::report::{atomic, mask_study::csv};
 use crate::run::{RunContext, Stage};
-use crate::stitch::calibration::Calibration;
 use crate::stitch::columns::{Asked, complete};
 use crate::stitch::mask_study::{MaskStudy, StudyError, mask_study};
-use crate::stitch::units::check_calibration;
-use crate::stitch::{StitchError, Tools, View, calibration};
+use crate::stitch::{Measured, StitchError, Tools, View};
 use std::path::{Path, PathBuf};
 
 /// A study that is done and written.
@@ -78,6 +77,23 @@ pub(super) fn fault_of(plan: &MergePlan, error: StudyError) -> StitchError {
     }
 }
 
+/// Every metric of a view that is asked for and can be known; of others there is no curve and no slider.
+pub(super) fn complete_all(
+    plan: &MergePlan,
+    tools: &Tools,
+    measured: &mut Measured,
+    asked_for: impl Fn(Metric) -> bool,
+    run: &RunContext,
+) -> Result<(), StitchError> {
+    for metric in Metric::ALL.into_iter().filter(|metric| asked_for(*metric)) {
+        let asked = [(metric, Asked { words: metric.key().to_owned(), line: 1 })];
+        if let Err(StitchError::Cancelled(cancelled)) = complete(plan, tools, measured, &asked, run) {
+            return Err(cancelled.into());
+        }
+    }
+    Ok(())
+}
+
 /// Every view with every metric that can be known of it, nothing masked; and how many cannot be read.
 fn read_views(
     plan: &MergePlan,
@@ -85,7 +101,7 @@ fn read_views(
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<(Vec<View>, usize), StitchError> {
     let paths = list_views(plan, &plan.views.folder.path, 1)?;
-    let tools = tools(plan, run)?;
+    let tools = Calibrated::read(plan, run)?.tools;
     let (mut views, mut faults) = (Vec::new(), Vec::new());
     for (index, path) in paths.iter().enumerate() {
         tell(MergeEvent::View { index: index + 1, of: paths.len(), name: name_of(path) });
@@ -94,14 +110,7 @@ fn read_views(
         match read {
             Ok(mut measured) => {
                 check_units(plan, &tools, &measured.view)?;
-                for metric in Metric::ALL {
-                    // What nothing is known of has no curve.
-                    let asked = [(metric, Asked { words: metric.key().to_owned(), line: 1 })];
-                    let completed = complete(plan, &tools, &mut measured, &asked, run);
-                    if let Err(StitchError::Cancelled(cancelled)) = completed {
-                        return Err(cancelled.into());
-                    }
-                }
+                complete_all(plan, &tools, &mut measured, |_| true, run)?;
                 views.push(measured.view);
             }
             Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => faults.push(*fault),
@@ -117,21 +126,4 @@ fn read_views(
     let unusable = faults.len();
     faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
     Ok((views, unusable))
-}
-
-pub(super) fn tools(plan: &MergePlan, run: &RunContext) -> Result<Tools, StitchError> {
-    let read = |named: &Option<NamedFile>| -> Result<Option<Calibration>, StitchError> {
-        let Some(named) = named else { return Ok(None) };
-        let (bytes, _) = read_named(&named.path, run)?;
-        Ok(Some(calibration(&bytes, &named.path, plan.unit, run)?.0))
-    };
-    Ok(Tools { camera: read(&plan.calibration.camera)?, projector: read(&plan.calibration.projector)? })
-}
-
-pub(super) fn check_units(plan: &MergePlan, tools: &Tools, view: &View) -> Result<(), StitchError> {
-    let pairs = [(&plan.calibration.camera, &tools.camera), (&plan.calibration.projector, &tools.projector)];
-    pairs.into_iter().try_for_each(|(file, features)| match (file, features) {
-        (Some(file), Some(features)) => check_calibration(plan, file, features, &view.positions),
-        _ => Ok(()),
-    })
 }

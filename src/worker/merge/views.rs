@@ -2,6 +2,7 @@
 
 use super::Around;
 use super::away::Away;
+use super::calibrated::check_units;
 use super::files::{measure, name_of, read_bytes};
 use crate::plan::merge::MergePlan;
 use crate::run::RunContext;
@@ -58,7 +59,7 @@ impl Views<'_> {
             Err(fault) => return Ok((Some(sha256), Err(fault))),
         };
         drop(bytes);
-        self.around.check_units(self.plan, &measured.view.positions)?;
+        check_units(self.plan, &self.around.tools, &measured.view)?;
         let conditioned = match condition(self.plan, &self.around.tools, measured, wanted, run) {
             Ok(conditioned) => conditioned,
             Err(fault) => return Ok((Some(sha256), Err(fault))),
