@@ -1,11 +1,11 @@
 //! `shapeline mask-study`: what each mask of a merge is worth.
 
+use super::merge::end;
 use super::{Exit, Manner, terminal};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::report::mask_study::advice;
 use crate::report::words::clean;
 use crate::run::RunContext;
-use crate::stitch::StitchError;
 use crate::stitch::mask_study::Knee;
 use crate::worker::StopSwitch;
 use crate::worker::merge::{MaskStudyJob, MergeEvent, study_masks};
@@ -52,15 +52,7 @@ pub(super) fn run(arguments: &MaskStudyArguments, manner: Manner) -> Result<Exit
     };
     let ended = study_masks(&arguments.merge, arguments.out.as_deref(), &run, &mut problems, &show, &told);
     bar.finish_and_clear();
-    for problem in problems.iter().filter(|p| p.severity == Severity::Error || !manner.quiet) {
-        terminal::error(problem);
-    }
-    match ended {
-        Ok(job) => Ok(tell(&job, manner)),
-        Err(None) => Ok(Exit::Unusable),
-        Err(Some(StitchError::Cancelled(_))) => Ok(Exit::Stopped),
-        Err(Some(StitchError::Fault(fault) | StitchError::CutOff(fault))) => Err(*fault),
-    }
+    end(ended, &problems, manner, tell)
 }
 
 fn show(bar: &ProgressBar, event: MergeEvent) {

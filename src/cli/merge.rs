@@ -83,6 +83,16 @@ pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Di
     let mut problems = Vec::new();
     let ended = merge_files(&request, &run, &mut problems, &|event| screen.show(event));
     screen.clear();
+    end(ended, &problems, manner, tell)
+}
+
+/// Tells the problems of the settings, then what came out, or why nothing did.
+pub(super) fn end<Job>(
+    ended: Result<Job, Option<StitchError>>,
+    problems: &[Diagnostic],
+    manner: Manner,
+    tell: impl Fn(&Job, Manner) -> Exit,
+) -> Result<Exit, Diagnostic> {
     for problem in problems.iter().filter(|p| p.severity == Severity::Error || !manner.quiet) {
         terminal::error(problem);
     }
