@@ -11,6 +11,7 @@ mod action;
 mod app;
 mod bar;
 mod bar_places;
+mod breadth;
 mod bridge;
 mod clock;
 mod dialog;

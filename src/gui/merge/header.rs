@@ -3,9 +3,9 @@
 use super::act::{Command, may_merge};
 use super::facts::{Merging, ViewsState};
 use super::figures;
-use super::layout::Breadth;
 use super::state::{MergeView, Pane};
 use crate::gui::action::Action;
+use crate::gui::breadth::Breadth;
 use crate::gui::facts::Job;
 use crate::gui::fonts;
 use crate::gui::scope::Scope;

@@ -1,17 +1,7 @@
 //! Where everything stands on the screen of a merge, by the size of the window.
 
+use crate::gui::breadth::{Breadth, MIDDLE_FROM, WIDE_FROM};
 use egui::{Rect, pos2};
-
-/// How many things stand beside each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Breadth {
-    /// Two linked clouds, study and result: all at once.
-    Wide,
-    /// One cloud; study and result share a place.
-    Middle,
-    /// One thing at a time, behind tabs.
-    Narrow,
-}
 
 /// The places; those that share one are equal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,8 +37,6 @@ const JOB: [f32; 2] = [52.0, 36.0];
 const LOW: f32 = 400.0;
 /// Height under which lists and sliders do not both have room.
 const MIDDLE_HIGH: f32 = 560.0;
-const MIDDLE_FROM: f32 = 1200.0;
-const WIDE_FROM: f32 = 1600.0;
 
 /// Divides a place. `busy`: a merge is under way, and the line that tells of it takes its room. `wish`: the height of a list of views that is
 /// shown whole.

@@ -37,8 +37,8 @@ use super::scope::Scope;
 use super::theme::size;
 use super::widgets::buttons::{self, Weight};
 use super::widgets::words as write;
+use crate::gui::breadth::Breadth;
 use egui::{Align2, Rect, Ui, vec2};
-use layout::Breadth;
 
 /// Draws the screen.
 pub(super) fn merge_ui(ui: &mut Ui, scope: &mut Scope, view: &mut MergeView) {

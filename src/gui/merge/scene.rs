@@ -2,11 +2,12 @@
 
 use super::colours::{By, CloudPoints, ColourKey, Colours, Scenes, ScenesKey, of_view};
 use super::facts::{Merging, ViewsState};
-use super::layout::{Breadth, Places};
+use super::layout::Places;
 use super::legend::{self, Legend, legend_ui};
 use super::scene_bar;
 use super::state::{Cloud, MergeView};
 use crate::geometry::LengthUnit;
+use crate::gui::breadth::Breadth;
 use crate::gui::fonts;
 use crate::gui::scene::builder::pending;
 use crate::gui::scene::camera::Camera;

@@ -1,17 +1,7 @@
 //! Where everything stands on the results screen, by the width of the window.
 
+use crate::gui::breadth::{Breadth, MIDDLE_FROM, WIDE_FROM};
 use egui::{Rect, pos2};
-
-/// How many things stand beside each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Breadth {
-    /// Two linked views, histogram and trend, table and card: all at once.
-    Wide,
-    /// One view; histogram and trend share a place.
-    Middle,
-    /// One thing at a time, behind tabs.
-    Narrow,
-}
 
 /// The places; those that share one are equal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +34,6 @@ const TABS: [f32; 2] = [44.0, 34.0];
 const LOW: f32 = 400.0;
 /// Height under which view and trend do not both have room.
 const MIDDLE_HIGH: f32 = 460.0;
-/// Widths from which there is room for more, points.
-pub const MIDDLE_FROM: f32 = 1200.0;
-/// The same for two views.
-pub const WIDE_FROM: f32 = 1600.0;
 
 /// Divides a place.
 pub fn places(all: Rect) -> Places {
