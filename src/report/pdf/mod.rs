@@ -16,10 +16,12 @@ mod page;
 mod plot;
 mod rest;
 mod signs;
+pub mod sources;
 mod table;
 #[cfg(test)]
 mod tests;
 mod theme;
+mod wear;
 mod worst;
 
 use super::json::json;

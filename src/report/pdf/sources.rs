@@ -1,0 +1,109 @@
+//! A merged cloud on paper: which view each point came from.
+
+use super::document::Picture;
+use super::flow::Flow;
+use super::merge::{HEADING, MergeReport, NAME};
+use super::page::{Font, Page, Paint, set};
+use super::theme::{LEFT, QUIET, TEXT, WHITE};
+use crate::geometry::Point3;
+use crate::report::palette::Rgb;
+use crate::report::raster::points::CloudPicture;
+use printpdf::XObjectId;
+
+/// Colours of views; lighter repeats follow.
+const VIEWS: [Rgb; 6] = [
+    [0x3B, 0x7D, 0xC4],
+    [0xE0, 0x8A, 0x2E],
+    [0x2E, 0x9C, 0x86],
+    [0x8A, 0x63, 0xB8],
+    [0xC2, 0x57, 0x7A],
+    [0x7D, 0x8B, 0x2E],
+];
+/// Points that are the mean of several views', and what was not measured.
+pub(super) const GREY: Rgb = [0xA6, 0xAD, 0xB5];
+pub(super) const PX_PER_MM: f64 = 200.0 / 25.4;
+
+/// Colour of a view: the same ones again, lighter each time round.
+pub fn view_colour(view: i32) -> Rgb {
+    let Ok(view) = usize::try_from(view) else { return GREY };
+    let lighter = [0.0, 0.35, 0.6][(view / VIEWS.len()).min(2)];
+    VIEWS[view % VIEWS.len()].map(|c| (f64::from(c) + lighter * (255.0 - f64::from(c))).round() as u8)
+}
+
+/// Puts a picture in the middle of the page, at most so high; where it begins.
+pub(super) fn place_picture(
+    flow: &mut Flow<'_>,
+    picture: CloudPicture,
+    name: &str,
+    width: f64,
+    pictures: &mut Vec<Picture>,
+    over: impl FnOnce(&mut Page<'_>, &dyn Fn(&Point3) -> [f64; 2]),
+) {
+    let size = [picture.width_px as f64 / PX_PER_MM, picture.height_px as f64 / PX_PER_MM];
+    flow.need(size[1] + 4.0);
+    let corner = [LEFT + 0.5 * (width - size[0]), flow.y];
+    let id = XObjectId(name.to_owned());
+    let page = flow.page();
+    page.image(&id, corner[0], corner[1], size[0], size[1]);
+    let at = |p: &Point3| {
+        let [x, y] = picture.place_px(p);
+        [corner[0] + x / PX_PER_MM, corner[1] + y / PX_PER_MM]
+    };
+    over(page, &at);
+    pictures.push(Picture { id, size_px: [picture.width_px, picture.height_px], pixels: picture.pixels });
+    flow.y += size[1] + 4.0;
+}
+
+/// Which view each point came from, with the views' numbers.
+pub(super) fn sources(flow: &mut Flow<'_>, report: &MergeReport<'_>, pictures: &mut Vec<Picture>) {
+    let y = flow.y;
+    flow.page().text(LEFT, y + 4.4, HEADING, TEXT, "Which view each point came from");
+    flow.y = y + 7.5;
+    let room = [182.4, 118.0].map(|mm: f64| (mm * PX_PER_MM) as usize);
+    let colour = |k: usize| view_colour(report.source[k]);
+    let Some(picture) = CloudPicture::of(report.positions, colour, &report.eye, report.d_s.max(report.d_grid), room)
+    else {
+        return;
+    };
+    let middles = middles(report);
+    place_picture(flow, picture, "Sources", 182.4, pictures, |page, at| {
+        let size = if middles.len() > 40 { 5.6 } else { 7.4 };
+        for (view, middle) in &middles {
+            let [x, y] = at(middle);
+            let (text, label) = (view.to_string(), set(Font::SemiBold, size));
+            let half = 0.5 * page.fonts.width_mm(label, &text) + 0.9;
+            page.round_rect(
+                x - half,
+                y - 0.24 * size,
+                2.0 * half,
+                0.48 * size,
+                0.7,
+                &Paint::both(WHITE, view_colour(*view), 0.35),
+            );
+            page.text_centre(x, y + 0.13 * size, label, TEXT, &text);
+        }
+    });
+    let words = "Numbers are those of the table of views. A point is of the view whose point is the best one around it; grey: the mean of several.";
+    let y = flow.y;
+    flow.page().text(LEFT, y + 1.5, NAME, QUIET, words);
+    flow.y = y + 5.5;
+}
+
+/// Of each view the point of its own that lies nearest to the middle of them.
+fn middles(report: &MergeReport<'_>) -> Vec<(i32, Point3)> {
+    let mut sums: std::collections::BTreeMap<i32, (nalgebra::Vector3<f64>, f64)> = std::collections::BTreeMap::new();
+    for (p, view) in report.positions.iter().zip(report.source).filter(|(_, view)| **view >= 0) {
+        let sum = sums.entry(*view).or_default();
+        *sum = (sum.0 + p.coords, sum.1 + 1.0);
+    }
+    let mut best: std::collections::BTreeMap<i32, (f64, Point3)> = std::collections::BTreeMap::new();
+    for (p, view) in report.positions.iter().zip(report.source) {
+        let Some((sum, count)) = sums.get(view) else { continue };
+        let off = (p.coords - sum / *count).norm_squared();
+        let best = best.entry(*view).or_insert((off, *p));
+        if off < best.0 {
+            *best = (off, *p);
+        }
+    }
+    best.into_iter().map(|(view, (_, p))| (view, p)).collect()
+}
