@@ -187,22 +187,29 @@ impl GlRenderer {
         program.use_uniform("flagged_colour", colour(request.tones.flagged));
         program.use_uniform("removed_colour", colour(request.tones.removed));
         program.use_uniform("shown_classes", i32::from(request.classes.0));
-        // Fewer points are drawn larger, so that the surface stays closed.
-        let spacing_mm = request.spacing_mm * (cloud.count as f64 / of.max(1) as f64).sqrt();
         let px_per_mm = f64::from(request.size_px[1]) / request.camera.height_mm;
-        let point_px = (1.25 * spacing_mm * px_per_mm).clamp(1.5, 9.0) * f64::from(canvas.samples);
+        let point_px = point_px(request.spacing_mm * px_per_mm, cloud.count, of) * f64::from(canvas.samples);
         program.use_uniform("point_px", point_px as f32);
         draw_in(&target, || {
             program.use_vertex_attribute("position", &cloud.positions);
             program.use_vertex_attribute("deviation", &cloud.values);
             program.use_vertex_attribute("shown_class", &cloud.classes);
             // SAFETY: all three buffers hold at least `to` points.
-            program.draw_with(states(), viewport, || unsafe {
-                if !self.context.version().is_embedded {
-                    self.context.enable(context::PROGRAM_POINT_SIZE);
-                }
-                self.context.draw_arrays(context::POINTS, from as i32, (to - from) as i32);
-            });
+            unsafe { self.draw_points(program, viewport, [from, to]) };
+        });
+    }
+
+    /// Draws points of the buffers that are bound.
+    ///
+    /// # Safety
+    /// Every one of the buffers holds at least `to` points.
+    unsafe fn draw_points(&self, program: &Program, viewport: Viewport, [from, to]: [usize; 2]) {
+        // SAFETY: as the caller says.
+        program.draw_with(states(), viewport, || unsafe {
+            if !self.context.version().is_embedded {
+                self.context.enable(context::PROGRAM_POINT_SIZE);
+            }
+            self.context.draw_arrays(context::POINTS, from as i32, (to - from) as i32);
         });
     }
 
@@ -385,4 +392,9 @@ fn colour(rgb: Rgb) -> Vec3 {
 
 fn unit(channel: u8) -> f32 {
     f32::from(channel) / 255.0
+}
+
+/// Size of a point, pixels, by the distance of points: fewer of them are drawn larger, so that the surface stays closed.
+fn point_px(spacing_px: f64, count: usize, drawn: usize) -> f64 {
+    (1.25 * spacing_px * (count as f64 / drawn.max(1) as f64).sqrt()).clamp(1.5, 9.0)
 }

@@ -1,10 +1,10 @@
 //! A cloud without a CAD: points in colours of their own.
 
 use super::super::renderer::{CloudRequest, Lens, Progress};
-use super::upload::{UploadedPoints, states};
+use super::upload::UploadedPoints;
 use super::{
-    Canvas, ClearState, GlRenderer, HARD_POINTS, HasContext, Look, Mat4, SOFT_MOVING_POINTS, SOFT_POINTS, View,
-    ViewSize, colour_texture, context, draw_in, samples, unit,
+    Canvas, ClearState, GlRenderer, HARD_POINTS, Look, Mat4, SOFT_MOVING_POINTS, SOFT_POINTS, View, ViewSize,
+    colour_texture, draw_in, point_px, samples, unit,
 };
 use std::sync::Arc;
 
@@ -89,21 +89,14 @@ impl GlRenderer {
         let viewport = target.viewport();
         let program = &self.programs.coloured;
         program.use_uniform("clip_from_scene", Mat4::from(lens.clip_from_scene));
-        // Fewer points are drawn larger, so that the surface stays closed.
-        let spacing = request.points.spacing * (request.points.positions.len() as f64 / of.max(1) as f64).sqrt();
         let px = f64::from(request.size_px[1]) / request.camera.height_mm;
-        let point_px = (1.25 * spacing * px).clamp(1.5, 9.0) * f64::from(canvas.samples);
-        program.use_uniform("point_px", point_px as f32);
+        let point_px = point_px(request.points.spacing * px, request.points.positions.len(), of);
+        program.use_uniform("point_px", (point_px * f64::from(canvas.samples)) as f32);
         draw_in(&target, || {
             program.use_vertex_attribute("position", &points.positions);
             program.use_vertex_attribute("shown_colour", &points.colours);
             // SAFETY: both buffers hold at least `to` points.
-            program.draw_with(states(), viewport, || unsafe {
-                if !self.context.version().is_embedded {
-                    self.context.enable(context::PROGRAM_POINT_SIZE);
-                }
-                self.context.draw_arrays(context::POINTS, from as i32, (to - from) as i32);
-            });
+            unsafe { self.draw_points(program, viewport, [from, to]) };
         });
     }
 }
