@@ -13,6 +13,7 @@
 //! threads change nothing either. Lengths are in the views' own unit, angles in rad.
 
 mod cycles;
+mod inputs;
 mod joint;
 mod matches;
 mod motion;
