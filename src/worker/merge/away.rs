@@ -10,9 +10,9 @@ use crate::stitch::{MergeIdentity, PlacedViews, Ready, Room, Shelf, StitchError,
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// Bytes that a point takes while it is merged with all others in memory, beside what the view holds of it: its place in a tile, where it comes
-/// from, what is decided of it, and what may stay of it.
-const MERGED: u64 = 60;
+/// Bytes that a point takes while it is merged with all others in memory, beside what the view holds of it: first its place in a tile, where it
+/// comes from and what is decided of it (26 measured), then what may stay of it, less its metrics.
+const MERGED: u64 = 32;
 /// Bytes that a point takes while it is decided in a band of points.
 const IN_BAND: u64 = 75;
 
@@ -25,6 +25,8 @@ pub(super) struct Away {
     settings: String,
     /// The views that are put away, in the order of names.
     stored: Vec<Stored>,
+    /// Bytes that the ranks of a point take, where several metrics judge.
+    ranked: u64,
     /// Bytes of the points in memory.
     in_memory: u64,
     /// How many of them an earlier run has left.
@@ -50,7 +52,8 @@ impl Away {
         let mut name = cloud.file_name().unwrap_or_default().to_owned();
         name.push(".unfinished");
         let folder = cloud.with_file_name(name);
-        Self { folder, limit, settings: String::new(), stored: Vec::new(), in_memory: 0, found: 0, begun: false }
+        let (settings, stored) = (String::new(), Vec::new());
+        Self { folder, limit, settings, stored, ranked: 0, in_memory: 0, found: 0, begun: false }
     }
 
     /// Whether views are put away.
@@ -68,7 +71,11 @@ impl Away {
     }
 
     /// Says what the views are made with.
-    pub fn set_settings(&mut self, identity: &MergeIdentity) {
+    pub fn set_settings(&mut self, plan: &MergePlan, identity: &MergeIdentity) {
+        self.ranked = match &plan.merge.judge.value {
+            Judge::Metrics(several) if several.len() > 1 => 24 + 4 * several.len() as u64,
+            _ => 0,
+        };
         let words = format!("{} {identity:?}", env!("CARGO_PKG_VERSION"));
         self.settings = io::sha256_hex(words.as_bytes());
     }
@@ -103,7 +110,8 @@ impl Away {
     pub fn has_room(&mut self, view: &View) -> bool {
         let columns = 4 * view.columns.len() as u64;
         let pixels = if view.pixels.is_some() { 8 } else { 0 };
-        self.in_memory += view.positions.len() as u64 * (24 + columns + pixels + MERGED);
+        // A metric once in the view and once in the cloud.
+        self.in_memory += view.positions.len() as u64 * (24 + 2 * columns + pixels + MERGED + self.ranked);
         self.in_memory <= self.limit
     }
 
@@ -156,12 +164,8 @@ impl Away {
         let largest = self.stored.iter().map(Stored::size).max().unwrap_or(0);
         // Each thread reads a view, as bytes and as numbers.
         let views = 2 * largest * rayon::current_num_threads() as u64;
-        let scores = match &plan.merge.judge.value {
-            Judge::Metrics(several) if several.len() > 1 => points * (24 + 4 * several.len() as u64),
-            _ => 0,
-        };
         let kept_bytes = 40 + 4 * columns;
-        let least = views + scores + points / 8 + LEAST * (IN_BAND + kept_bytes);
+        let least = views + points * self.ranked + points / 8 + LEAST * (IN_BAND + kept_bytes);
         let Some(rest) = self.limit.checked_sub(least) else {
             let message = format!(
                 "{points} points of {} views take at least {} to merge, more than the limit of {}",

@@ -87,7 +87,7 @@ fn merge_beside(
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
     let around = Around::read(plan, whose, &names, run)?;
     if let Some(away) = &mut away {
-        away.set_settings(&around.identity);
+        away.set_settings(plan, &around.identity);
     }
     let mut views = Views { plan, around: &around, away, ready: Vec::new(), facts: Vec::new(), hashes: Vec::new() };
     let wanted = wanted(plan);
