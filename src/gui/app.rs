@@ -7,6 +7,7 @@ use super::engineer::desk::Desk;
 use super::engineer::lock::Lock;
 use super::engineer::{self, EngineerView};
 use super::facts::{Facts, FinishedPart, Job as FactsJob};
+use super::lookout::{self, Lookout};
 use super::merge::{self, MergeView};
 use super::new_plan::{self, Assistant};
 use super::operator;
@@ -46,6 +47,7 @@ pub struct App {
     pub(super) settings: Settings,
     pub(super) setup: Setup,
     pub(super) bridge: Bridge,
+    pub(super) lookout: Lookout,
     pub(super) dialog: dialog::Dialog,
     results: ResultsView,
     pub(super) engineer: EngineerView,
@@ -78,6 +80,9 @@ impl App {
         let bridge = Bridge::start(move || waker.request_repaint())
             .map_err(|e| Diagnostic::error(format!("the worker cannot be started: {e}")))?;
         let waker = ctx.clone();
+        let lookout = Lookout::start(move || waker.request_repaint())
+            .map_err(|e| Diagnostic::error(format!("the thread for the scan folder cannot be started: {e}")))?;
+        let waker = ctx.clone();
         let desk = Desk::start(move || waker.request_repaint())
             .map_err(|e| Diagnostic::error(format!("the threads for editing cannot be started: {e}")))?;
         let read = setup.settings_file.as_deref().map(Settings::open).unwrap_or_default();
@@ -89,6 +94,7 @@ impl App {
             settings,
             setup,
             bridge,
+            lookout,
             dialog: dialog::Dialog::default(),
             results: ResultsView::default(),
             engineer: EngineerView::default(),
@@ -165,6 +171,7 @@ impl App {
             perform::action(self, ctx, action);
         }
         engineer::tick(self, ctx);
+        lookout::tick(self);
         self.forget_old_warning();
         if let Some(left) = self.facts.troubles.tick(self.setup.clock.now()) {
             ctx.request_repaint_after(left);

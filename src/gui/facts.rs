@@ -238,6 +238,8 @@ pub struct Facts {
     pub run_problems: Vec<Diagnostic>,
     /// Scans that it left when it was stopped.
     pub left_over: usize,
+    /// Scans that came since it ended.
+    pub arrived: Vec<PathBuf>,
     /// The plan as it is edited, once the engineer has opened it.
     pub editing: Option<Editing>,
     /// The merge that is looked at.

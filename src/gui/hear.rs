@@ -4,7 +4,7 @@ use super::action::Action;
 use super::app::App;
 use super::bridge::{Event, Opened, Scans};
 use super::engineer;
-use super::facts::{FinishedPart, Job, RunningScan, Troubles, Unfinished};
+use super::facts::{Facts, FinishedPart, Job, RunningScan, Troubles, Unfinished};
 use super::merge;
 use super::settings::Counted;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -74,6 +74,7 @@ fn opened(app: &mut App, opened: Opened) {
     facts.scans = opened.scans;
     facts.run_problems.clear();
     facts.left_over = 0;
+    facts.arrived.clear();
     facts.last_end = facts.last_end.take().filter(|_| facts.judged().is_some());
     run_first_scan(app);
     if std::mem::take(&mut app.resume_watch) && app.settings.watch {
@@ -107,6 +108,7 @@ fn sequence(app: &mut App, event: worker::Event) {
         Told::Lost { result, scan } => lost(app, result, scan),
         Told::Started { index, of, waiting, scan } => {
             in_sight(app, &scan);
+            let index = number(&app.facts, index);
             if let Job::Running(running) = &mut app.facts.job {
                 running.of = of;
                 running.waiting = waiting;
@@ -170,6 +172,15 @@ fn in_sight(app: &mut App, scan: &Path) {
     }
 }
 
+/// The number of the part at hand, from the place that its run gives it. In a watched folder numbers go on from one watch to the next, as the
+/// lamps do.
+fn number(facts: &Facts, place: usize) -> usize {
+    if !facts.running().is_some_and(|running| running.watch) {
+        return place;
+    }
+    facts.parts.iter().rev().find(|part| part.of.is_none()).map_or(1, |part| part.index + 1)
+}
+
 /// No scan is at hand.
 fn idle(app: &mut App) {
     if let Job::Running(running) = &mut app.facts.job {
@@ -214,10 +225,10 @@ fn unfinished(app: &mut App, scan: PathBuf, why: Diagnostic) {
 
 /// A part that was looked at, but of which nothing is on the disk.
 fn lost(app: &mut App, result: Arc<InspectionResult>, scan: PathBuf) {
+    let index = number(&app.facts, app.facts.running().map_or(1, |running| running.done + 1));
     if let Job::Running(running) = &mut app.facts.job
         && running.scan.is_none()
     {
-        let index = running.done + 1;
         // Only those whose results could not be written were counted as waiting.
         if app.facts.troubles.results.is_some() && !app.facts.troubles.unfinished.iter().any(|u| u.scan == scan) {
             running.waiting = running.waiting.saturating_sub(1);

@@ -24,6 +24,7 @@ mod help;
 mod icon;
 mod keys;
 mod later;
+mod lookout;
 mod menus;
 pub mod merge;
 mod messages;

@@ -24,7 +24,11 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Inspect(scans) => run(app, scans),
         Action::Say(diagnostic) => app.facts.message = Some(diagnostic),
         Action::Stop => stop(app),
-        Action::Watch(on) => app.settings.watch = on,
+        Action::Watch(on) => {
+            app.settings.watch = on;
+            // Who means to watch sees what lies there now.
+            app.lookout.look_now();
+        }
         Action::ChoosePart(part) => choose_part(app, part),
         Action::ChoosePoint(point) => app.view.point = point,
         Action::Fetch(at) => fetch(app, at),
@@ -194,6 +198,7 @@ fn run(app: &mut App, scans: Vec<PathBuf>) {
     app.facts.run_from = app.facts.parts.len();
     app.facts.run_problems.clear();
     app.facts.left_over = 0;
+    app.facts.arrived.clear();
     let waiting = of.unwrap_or(0);
     let since = Instant::now();
     app.facts.job =

@@ -8,6 +8,7 @@ mod picking;
 mod places;
 mod results;
 mod verdict;
+mod watching;
 mod words;
 
 use super::project::{Project, demo_file, files_of, real_scan, tiny_scan};

@@ -11,7 +11,7 @@ use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::{cards, words};
 use crate::report::words::{capital, clean};
 use egui::{Align2, CornerRadius, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One lamp.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,20 +151,28 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
     }
     let surplus = lamps.len().saturating_sub(count);
     lamps.drain(..surplus);
-    let to_come: &[_] = match (&facts.scans, running) {
+    let room = count - lamps.len();
+    lamps.extend(to_come(facts).into_iter().take(room).map(|scan| Lamp::without_result(Sign::None, stem(scan))));
+    lamps.resize(count, Lamp::without_result(Sign::None, String::new()));
+    lamps
+}
+
+/// The scans that wait.
+fn to_come(facts: &Facts) -> Vec<&PathBuf> {
+    match (&facts.scans, facts.running()) {
         (Some(Ok(scans)), Some(running)) if !running.watch => {
             let at_hand = running.scan.as_ref().map_or(running.done, |s| s.index);
             let all = if running.named.is_empty() { scans } else { &running.named };
-            all.get(at_hand..).unwrap_or_default()
+            all.iter().skip(at_hand).collect()
         }
-        (Some(Ok(scans)), None) if facts.last_end.is_none() => scans,
-        (Some(Ok(scans)), None) => scans.get(scans.len().saturating_sub(facts.left_over)..).unwrap_or_default(),
-        _ => &[],
-    };
-    let room = count - lamps.len();
-    lamps.extend(to_come.iter().take(room).map(|scan| Lamp::without_result(Sign::None, stem(scan))));
-    lamps.resize(count, Lamp::without_result(Sign::None, String::new()));
-    lamps
+        (Some(Ok(scans)), None) if facts.last_end.is_none() => scans.iter().collect(),
+        (Some(Ok(scans)), None) => {
+            let before: Vec<&PathBuf> = scans.iter().filter(|scan| !facts.arrived.contains(scan)).collect();
+            let left = before.len().saturating_sub(facts.left_over);
+            before.into_iter().skip(left).chain(&facts.arrived).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 #[cfg(test)]

@@ -79,7 +79,7 @@ pub(super) fn waiting_ui(ui: &mut Ui, place: Rect, scope: &Scope) {
             running.waiting + scope.facts.troubles.unfinished.iter().filter(|u| Some(&u.scan) != at_hand).count()
         }
         (None, Some(Ok(scans))) if scope.facts.last_end.is_none() => scans.len(),
-        _ => scope.facts.left_over,
+        _ => scope.facts.left_over + scope.facts.arrived.len(),
     };
     let (figure, text) = (w.thousands(count), w.text("operator.parts_waiting"));
     let inner = place.shrink2(vec2(12.0, 10.0));

@@ -51,9 +51,11 @@ pub enum Span {
     Sequence,
 }
 
-/// The places of the parts that were inspected in one run with the part at `place`. Each run counts from 1.
+/// The places of the parts that were inspected in one run with the part at `place`. Each sequence counts from 1; watched folders
+/// count on, and are one run as long as no sequence comes between.
 fn sequence_of(parts: &[Arc<FinishedPart>], place: usize) -> Range<usize> {
-    let begins = |k: &usize| parts.get(*k).is_some_and(|part| part.index == 1);
+    let other_kind = |k: usize| k > 0 && parts[k - 1].of.is_none() != parts[k].of.is_none();
+    let begins = |k: &usize| parts.get(*k).is_some_and(|part| part.index == 1 || other_kind(*k));
     let first = (0..=place.min(parts.len())).rev().find(begins).unwrap_or(0);
     let end = (place + 1..parts.len()).find(begins).unwrap_or(parts.len());
     first..end
