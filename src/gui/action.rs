@@ -62,6 +62,10 @@ pub enum Action {
     ChoosePoint(Option<usize>),
     /// Inspect a part again whose points are not kept any more, so that they can be shown. Its place in `Facts::parts`.
     Fetch(usize),
+    /// Look at a result from before this start, by its place among those.
+    ChooseEarlier(usize),
+    /// Inspect the scan of such a result again, by the plan at hand, writing nothing.
+    InspectEarlier(usize),
     /// Light, dark or as the system.
     Theme(ThemeChoice),
     /// Magnify everything.

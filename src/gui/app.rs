@@ -3,10 +3,12 @@
 use super::action::{Action, Screen};
 use super::bridge::{Bridge, Job};
 use super::clock::Clock;
+use super::earlier;
 use super::engineer::desk::Desk;
 use super::engineer::lock::Lock;
 use super::engineer::{self, EngineerView};
 use super::facts::{Facts, FinishedPart, Job as FactsJob};
+use super::later::Later;
 use super::lookout::{self, Lookout};
 use super::merge::{self, MergeView};
 use super::new_plan::{self, Assistant};
@@ -19,6 +21,7 @@ use super::text::Words;
 use super::theme::Theme;
 use super::{bar, dialog, fonts, hear, help, keys, messages, perform};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::worker::earlier::EarlierResults;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -48,6 +51,8 @@ pub struct App {
     pub(super) setup: Setup,
     pub(super) bridge: Bridge,
     pub(super) lookout: Lookout,
+    /// Results from before this start, while they are read.
+    pub(super) earlier: Later<(PathBuf, EarlierResults)>,
     pub(super) dialog: dialog::Dialog,
     results: ResultsView,
     pub(super) engineer: EngineerView,
@@ -95,6 +100,7 @@ impl App {
             setup,
             bridge,
             lookout,
+            earlier: Later::default(),
             dialog: dialog::Dialog::default(),
             results: ResultsView::default(),
             engineer: EngineerView::default(),
@@ -172,6 +178,7 @@ impl App {
         }
         engineer::tick(self, ctx);
         lookout::tick(self);
+        earlier::tick(self, ctx);
         self.forget_old_warning();
         if let Some(left) = self.facts.troubles.tick(self.setup.clock.now()) {
             ctx.request_repaint_after(left);

@@ -3,6 +3,7 @@
 //! Jobs call the same functions as the command line, so that results are the same to the byte. Every event carries the
 //! generation of its job; `Bridge::events` drops those of jobs that are given up, and nothing else looks at generations.
 
+use super::facts::Wanted;
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::LengthUnit;
 use crate::inspect::{Inspected, InspectionResult};
@@ -37,8 +38,8 @@ pub enum Job {
     Run(SequenceRequest),
     /// Inspect one scan again, writing nothing.
     Fetch {
-        /// Its place in `Facts::parts`.
-        at: usize,
+        /// What it is wanted for.
+        wanted: Wanted,
         /// Its file.
         scan: PathBuf,
         /// What it is held to.
@@ -83,8 +84,8 @@ pub enum Event {
     Ended(SequenceSummary, Option<Scans>),
     /// A scan was inspected again.
     Fetched {
-        /// Its place in `Facts::parts`.
-        at: usize,
+        /// What it was wanted for.
+        wanted: Wanted,
         /// What came out.
         inspected: Box<Inspected>,
         /// How long it took.
@@ -237,7 +238,7 @@ fn carry_out(job: Job, stop: &StopSwitch, teller: &Teller) {
             let scans = scans_of(&plan::load(&request.plan_path).draft);
             teller.tell(Event::Ended(summary, scans));
         }
-        Job::Fetch { at, scan, plan, part } => fetch(at, scan, Examiner { plan, part }, &stop.now, teller),
+        Job::Fetch { wanted, scan, plan, part } => fetch(wanted, scan, Examiner { plan, part }, &stop.now, teller),
         Job::Try(order) => try_on(*order, &stop.now, teller),
         Job::Merge(request) => merge(&request, &stop.now, teller),
         #[cfg(test)]
@@ -293,11 +294,11 @@ fn merge(request: &MergeRequest, cancel: &CancelToken, teller: &Teller) {
     teller.tell(Event::Merged(Box::new(MergedEnd { outcome, problems, took: begin.elapsed() })));
 }
 
-fn fetch(at: usize, scan: PathBuf, examiner: Examiner, cancel: &CancelToken, teller: &Teller) {
+fn fetch(wanted: Wanted, scan: PathBuf, examiner: Examiner, cancel: &CancelToken, teller: &Teller) {
     let begin = Instant::now();
     let observe = |stage| teller.tell(Event::Stage(stage));
     if let Ok(inspected) = examiner.look_again(&scan, &RunContext::new(cancel, &observe)) {
-        teller.tell(Event::Fetched { at, inspected: Box::new(inspected), took: begin.elapsed() });
+        teller.tell(Event::Fetched { wanted, inspected: Box::new(inspected), took: begin.elapsed() });
     }
 }
 

@@ -9,6 +9,7 @@ use crate::plan::Plan;
 use crate::run::Stage;
 use crate::scan::ConditionedScan;
 use crate::worker::SequenceSummary;
+use crate::worker::earlier::EarlierResults;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -152,11 +153,20 @@ pub enum Job {
     },
     /// Views are merged.
     Merging(MergeRun),
-    /// A part is inspected again for its points.
+    /// A scan is inspected again for its points.
     Fetching {
-        /// Its place in `Facts::parts`.
-        part: usize,
+        /// Which one.
+        wanted: Wanted,
     },
+}
+
+/// A scan that is inspected again so that it can be looked at; nothing of that is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// That of a part, by its place in `Facts::parts`.
+    Part(usize),
+    /// That of a result from before this start, by its place among those.
+    Earlier(usize),
 }
 
 /// What is wrong with the surroundings of a watched folder, as long as it lasts.
@@ -244,6 +254,10 @@ pub struct Facts {
     pub editing: Option<Editing>,
     /// The merge that is looked at.
     pub merging: Option<Merging>,
+    /// Results from before this start; `None` until they were read.
+    pub earlier: Option<Arc<EarlierResults>>,
+    /// The one of them that was inspected again last, by its place; it is no part of a run and has no say in any verdict.
+    pub again: Option<(usize, Arc<FinishedPart>)>,
     /// A message that nobody put away yet.
     pub message: Option<Diagnostic>,
 }

@@ -3,8 +3,9 @@
 use super::action::Action;
 use super::app::App;
 use super::bridge::{Event, Opened, Scans};
+use super::earlier;
 use super::engineer;
-use super::facts::{Facts, FinishedPart, Job, RunningScan, Troubles, Unfinished};
+use super::facts::{Facts, FinishedPart, Job, RunningScan, Troubles, Unfinished, Wanted};
 use super::merge;
 use super::settings::Counted;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -22,7 +23,13 @@ pub(super) fn event(app: &mut App, event: Event) {
         Event::Opened(opened) => self::opened(app, *opened),
         Event::Sequence(event) => sequence(app, event),
         Event::Ended(summary, scans) => ended(app, summary, scans),
-        Event::Fetched { at, inspected, took } => fetched(app, at, *inspected, took),
+        Event::Fetched { wanted, inspected, took } => {
+            app.facts.job = Job::Idle;
+            match wanted {
+                Wanted::Part(at) => fetched(app, at, *inspected, took),
+                Wanted::Earlier(at) => earlier::inspected_again(app, at, *inspected, took),
+            }
+        }
         Event::Tried { version, trial } => tried(app, version, trial),
         Event::Merge(event) => merge::hear(app, event),
         Event::Merged(end) => merge::ended(app, *end),
@@ -295,7 +302,6 @@ fn tried(app: &mut App, version: u64, trial: Result<Box<worker::Trial>, worker::
 }
 
 fn fetched(app: &mut App, at: usize, inspected: Inspected, took: Duration) {
-    app.facts.job = Job::Idle;
     let Some(old) = app.facts.parts.get(at).cloned() else { return };
     // A file that was replaced meanwhile is another part: what was said of the old one stays.
     if inspected.result.identity.scan_sha256 != old.result.identity.scan_sha256 {

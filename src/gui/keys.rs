@@ -1,6 +1,7 @@
 //! The keyboard: one table, which the keys and the list of shortcuts (F1) share.
 
 use super::action::{Action, Screen};
+use super::earlier::Looked;
 use super::engineer::{Command, Edit};
 use super::facts::{Facts, Job};
 use super::merge;
@@ -114,14 +115,15 @@ pub(super) fn collect(
             () => Action::Stop,
         });
     }
-    if !facts.parts.is_empty() && view.screen == Screen::Results {
-        let last = facts.parts.len() - 1;
-        let at = view.part.unwrap_or(last).min(last);
-        if pressed(Modifiers::NONE, Key::PageUp) {
-            actions.push(Action::ChoosePart(Some(at.saturating_sub(1))));
-        }
-        if pressed(Modifiers::NONE, Key::PageDown) {
-            actions.push(Action::ChoosePart(Some((at + 1).min(last))));
+    let looked = match view.earlier {
+        Some(k) => Some(Looked::Earlier(k)),
+        None => facts.parts.len().checked_sub(1).map(|last| Looked::Part(view.part.unwrap_or(last).min(last))),
+    };
+    if let Some(at) = looked.filter(|_| view.screen == Screen::Results) {
+        for (key, forward) in [(Key::PageUp, false), (Key::PageDown, true)] {
+            if pressed(Modifiers::NONE, key) {
+                actions.push(at.step(facts, forward).unwrap_or(at).action());
+            }
         }
     }
 }

@@ -4,8 +4,9 @@ use super::action::{Action, Screen};
 use super::app::App;
 use super::bridge;
 use super::dialog;
+use super::earlier;
 use super::engineer;
-use super::facts::{Facts, Job, Running};
+use super::facts::{Facts, Job, Running, Wanted};
 use super::merge;
 use super::new_plan;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -32,6 +33,8 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::ChoosePart(part) => choose_part(app, part),
         Action::ChoosePoint(point) => app.view.point = point,
         Action::Fetch(at) => fetch(app, at),
+        Action::ChooseEarlier(at) => earlier::choose(app, at),
+        Action::InspectEarlier(at) => earlier::inspect_again(app, at),
         Action::Theme(choice) => {
             app.settings.theme = choice;
             app.keep_settings();
@@ -144,6 +147,7 @@ fn open(app: &mut App, ctx: &egui::Context, path: PathBuf) {
         app.view.screen = Screen::Operator;
     }
     app.view.part = None;
+    app.view.earlier = None;
     app.view.point = None;
     app.view.typed_path = None;
     app.begin(bridge::Job::Open(path));
@@ -204,6 +208,7 @@ fn run(app: &mut App, scans: Vec<PathBuf>) {
     app.facts.job =
         Job::Running(Running { watch, since, scan: None, stage: None, done: 0, named, of, waiting, stopping: false });
     app.view.part = None;
+    app.view.earlier = None;
     app.begin(bridge::Job::Run(request));
 }
 
@@ -220,12 +225,14 @@ fn stop(app: &mut App) {
 fn show(app: &mut App, screen: Screen) {
     if app.view.screen == Screen::Results && screen != Screen::Results {
         app.view.part = None;
+        app.view.earlier = None;
     }
     app.view.screen = screen;
 }
 
 fn choose_part(app: &mut App, part: Option<usize>) {
     app.view.part = part.filter(|k| *k < app.facts.parts.len());
+    app.view.earlier = None;
     if app.view.screen == Screen::Operator && part.is_some() {
         app.view.screen = Screen::Results;
     }
@@ -236,9 +243,9 @@ fn fetch(app: &mut App, at: usize) {
     if !matches!(app.facts.job, Job::Idle) || !part.is_thin() {
         return;
     }
-    app.facts.job = Job::Fetching { part: at };
+    app.facts.job = Job::Fetching { wanted: Wanted::Part(at) };
     app.begin(bridge::Job::Fetch {
-        at,
+        wanted: Wanted::Part(at),
         scan: part.scan_path.clone(),
         plan: part.plan.clone(),
         part: part.part.clone(),

@@ -13,6 +13,8 @@ pub struct ViewState {
     pub screen: Screen,
     /// The part looked at, by its place in `Facts::parts`; `None` = always the newest.
     pub part: Option<usize>,
+    /// The result from before this start that is looked at instead, by its place among those.
+    pub earlier: Option<usize>,
     /// The comparison point looked at, by its place in the plan.
     pub point: Option<usize>,
     /// Whether the list of shortcuts is open.

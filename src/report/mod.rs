@@ -24,6 +24,7 @@ pub mod pdf;
 pub mod ply;
 pub mod raster;
 pub mod sequence;
+pub mod stored;
 pub mod words;
 
 pub use ascii::ascii;

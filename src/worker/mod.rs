@@ -6,6 +6,7 @@ mod arrivals;
 mod check;
 pub mod clock;
 mod delivered;
+pub mod earlier;
 #[cfg(test)]
 mod editing_tests;
 mod examine;

@@ -1,5 +1,6 @@
 //! The window, used as people use it: by the words on its controls, over the real worker.
 
+mod earlier;
 mod engineer;
 mod merge;
 mod names;

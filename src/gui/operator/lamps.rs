@@ -1,7 +1,7 @@
 //! The last parts as a strip of lamps, each a button to its part; then the one at hand and those to come.
 
 use super::layout::lamp_places;
-use crate::gui::action::Action;
+use crate::gui::earlier::Looked;
 use crate::gui::facts::Facts;
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
@@ -10,6 +10,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::{cards, words};
 use crate::report::words::{capital, clean};
+use crate::worker::earlier::Earlier;
 use egui::{Align2, CornerRadius, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2};
 use std::path::{Path, PathBuf};
 
@@ -25,11 +26,19 @@ struct Lamp {
     begins_plan: bool,
     /// Its part, when there is a result to look at: place in `Facts::parts`, index, how many there were.
     part: Option<(usize, usize, Option<usize>)>,
+    /// Its place among results from before this start.
+    earlier: Option<usize>,
 }
 
 impl Lamp {
     fn without_result(sign: Sign, scan: String) -> Self {
-        Self { sign, scan, label: String::new(), begins_plan: false, part: None }
+        Self { sign, scan, label: String::new(), begins_plan: false, part: None, earlier: None }
+    }
+
+    /// What a press of it leads to.
+    fn leads_to(&self) -> Option<Looked> {
+        let earlier = self.earlier.map(Looked::Earlier);
+        self.part.map(|(at, ..)| Looked::Part(at)).or(earlier)
     }
 }
 
@@ -45,7 +54,9 @@ pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope
             words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BAR), theme.undecided_text);
         }
         None => {
-            let text = scope.words.fill("operator.last_parts", &[("n", &count.to_string())]);
+            let earlier = !scope.facts.earlier_results().is_empty() && scope.facts.parts.len() < count;
+            let key = if earlier { "operator.last_parts_earlier" } else { "operator.last_parts" };
+            let text = scope.words.fill(key, &[("n", &count.to_string())]);
             words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BODY), theme.text);
         }
     }
@@ -60,7 +71,8 @@ pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope
 fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
     let theme = scope.theme;
     let words = scope.words;
-    let sense = if lamp.part.is_some() { Sense::click() } else { Sense::hover() };
+    let leads_to = lamp.leads_to();
+    let sense = if leads_to.is_some() { Sense::click() } else { Sense::hover() };
     let response = ui.interact(place, ui.scope_id().with(("lamp", k)), sense);
     let word = lamp.sign.word(words);
     let name = match lamp.part {
@@ -69,11 +81,14 @@ fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
             words.fill("operator.lamp_of", &[("verdict", word), ("n", &n), ("of", &of)])
         }
         Some((_, index, None)) => words.fill("operator.lamp", &[("verdict", word), ("n", &words.thousands(index))]),
+        None if lamp.earlier.is_some() => {
+            words.fill("results.earlier_lamp", &[("verdict", word), ("scan", &lamp.scan)])
+        }
         None if lamp.scan.is_empty() => word.to_owned(),
         None => format!("{word}, {}", lamp.scan),
     };
-    let role = if lamp.part.is_some() { Role::Button } else { Role::Label };
-    response.widget_info(|| WidgetInfo::labeled(role, lamp.part.is_some(), &name));
+    let role = if leads_to.is_some() { Role::Button } else { Role::Label };
+    response.widget_info(|| WidgetInfo::labeled(role, leads_to.is_some(), &name));
     let newest = lamp.part.is_some_and(|(at, ..)| at + 1 == scope.facts.parts.len() && scope.facts.judged().is_some());
     if lamp.begins_plan && k > 0 {
         let stroke = Stroke::new(2.0, theme.strong_stroke);
@@ -82,21 +97,23 @@ fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
     if newest {
         let frame = Stroke::new(2.0, lamp.sign.colour(theme));
         ui.painter().rect(place, CornerRadius::same(4), lamp.sign.fill(theme), frame, StrokeKind::Inside);
-    } else if lamp.part.is_some() && (response.hovered() || response.has_focus()) {
+    } else if leads_to.is_some() && (response.hovered() || response.has_focus()) {
         let frame = Stroke::new(2.0, theme.accent);
         ui.painter().rect(place, CornerRadius::same(4), theme.raised, frame, StrokeKind::Inside);
     }
     let side = (place.height() - 34.0).min(place.width() - 8.0).clamp(16.0, 48.0);
     let spare = place.height() - side - 22.0;
     let middle = pos2(place.center().x, place.top() + 0.5 * spare + 0.5 * side);
+    // What is from before this start is small, so that nobody takes it for a part of now.
+    let shown = if lamp.earlier.is_some() { 0.5 * side } else { side };
     let sign = Rect::from_center_size(middle, Vec2::splat(side));
-    lamp.sign.paint(ui.painter(), sign, theme);
+    lamp.sign.paint(ui.painter(), Rect::from_center_size(middle, Vec2::splat(shown)), theme);
     let label = Rect::from_min_max(pos2(place.left() + 2.0, sign.bottom() + 3.0), place.max - vec2(2.0, 0.0));
     let label = label.with_max_y(label.top() + 20.0);
     let colour = if lamp.part.is_some() { theme.text } else { theme.quiet };
     ui.painter().text(label.center(), Align2::CENTER_CENTER, &lamp.label, fonts::mono(15.0), colour);
-    if let (true, Some((at, ..))) = (response.clicked(), lamp.part) {
-        scope.ask(Action::ChoosePart(Some(at)));
+    if let (true, Some(looked)) = (response.clicked(), leads_to) {
+        scope.ask(looked.action());
     }
 }
 
@@ -136,6 +153,7 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
             label: String::new(),
             begins_plan: at > 0 && facts.parts[at - 1].plan.sha256 != part.plan.sha256,
             part: Some((at, part.index, part.of)),
+            earlier: None,
         })
         .collect();
     let running = facts.running();
@@ -151,10 +169,31 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
     }
     let surplus = lamps.len().saturating_sub(count);
     lamps.drain(..surplus);
+    let to_come = to_come(facts);
+    let free = count - lamps.len();
+    let earlier = earlier_lamps(facts, free.saturating_sub(to_come.len()).min(MOST_EARLIER));
+    if let Some(first) = lamps.first_mut() {
+        first.begins_plan |= !earlier.is_empty();
+    }
+    lamps.splice(0..0, earlier);
     let room = count - lamps.len();
-    lamps.extend(to_come(facts).into_iter().take(room).map(|scan| Lamp::without_result(Sign::None, stem(scan))));
+    lamps.extend(to_come.into_iter().take(room).map(|scan| Lamp::without_result(Sign::None, stem(scan))));
     lamps.resize(count, Lamp::without_result(Sign::None, String::new()));
     lamps
+}
+
+/// How many lamps of results from before this start stand before those of now.
+const MOST_EARLIER: usize = 5;
+
+/// The newest of them.
+fn earlier_lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
+    let all = facts.earlier_results();
+    let newest = all.iter().enumerate().skip(all.len() - count.min(all.len()));
+    let lamp = |(k, earlier): (usize, &Earlier)| Lamp {
+        earlier: Some(k),
+        ..Lamp::without_result(Sign::of_stored(&earlier.stored.outcome), earlier.short_name())
+    };
+    newest.map(lamp).collect()
 }
 
 /// The scans that wait.

@@ -1,7 +1,7 @@
 //! What goes on now: the part at hand, its stage, how long it takes. It never colours the verdict.
 
 use super::layout::Form;
-use crate::gui::facts::{Job, Running};
+use crate::gui::facts::{Job, Running, Wanted};
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
 use crate::gui::perform::may_run;
@@ -104,9 +104,13 @@ fn title(scope: &Scope) -> String {
             let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
             with_stage(&words.fill("operator.opening", &[("plan", &name)]), stage_words(words, *stage))
         }
-        Job::Fetching { part } => {
+        Job::Fetching { wanted: Wanted::Part(part) } => {
             let n = facts.parts.get(*part).map_or(0, |p| p.index);
             words.fill("operator.fetching", &[("n", &words.thousands(n))])
+        }
+        Job::Fetching { wanted: Wanted::Earlier(at) } => {
+            let scan = facts.earlier_results().get(*at).map_or("", |earlier| &earlier.stored.identity.scan_file);
+            words.fill("operator.inspecting_again", &[("scan", &clean(scan))])
         }
         Job::Trying { scan, stage } => {
             let name = crate::gui::engineer::short_name(scan);

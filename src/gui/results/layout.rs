@@ -83,9 +83,86 @@ pub fn places(all: Rect) -> Places {
     Places { breadth, header, tabs: None, cad: None, map: upper, histogram: lower, trend: lower, table, why }
 }
 
+/// The places for a result from before this start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EarlierPlaces {
+    /// The line with the verdict.
+    pub header: Rect,
+    /// What should be known of it, and what can be done.
+    pub notes: Rect,
+    /// All below.
+    pub body: Rect,
+    /// Tabs, where table and card have one place.
+    pub tabs: Option<Rect>,
+    /// The table.
+    pub table: Rect,
+    /// The card of the chosen point.
+    pub why: Rect,
+}
+
+/// Width from which the card stands beside the table.
+const BESIDE_FROM: f32 = 1000.0;
+/// Height from which it stands below.
+const BELOW_FROM: f32 = 400.0;
+
+/// Divides a place for a result from before this start.
+pub fn earlier_places(all: Rect) -> EarlierPlaces {
+    let header = places(all).header;
+    let low = all.height() < LOW;
+    let inner =
+        Rect::from_min_max(pos2(all.left() + EDGE, header.bottom()), pos2(all.right() - EDGE, all.bottom() - GAP));
+    let notes = inner.with_max_y(inner.top() + if low { 40.0 } else { 64.0 });
+    let body = inner.with_min_y(notes.bottom() + if low { 4.0 } else { GAP });
+    if all.width() >= BESIDE_FROM {
+        let table = body.with_max_x(body.left() + 0.55 * body.width());
+        let why = body.with_min_x(table.right() + GAP);
+        return EarlierPlaces { header, notes, body, tabs: None, table, why };
+    }
+    if body.height() < BELOW_FROM {
+        let tabs = body.with_max_y(body.top() + TABS[1]);
+        let rest = body.with_min_y(tabs.bottom() + 4.0);
+        return EarlierPlaces { header, notes, body, tabs: Some(tabs), table: rest, why: rest };
+    }
+    let table = body.with_max_y(body.top() + 0.55 * body.height());
+    let why = body.with_min_y(table.bottom() + GAP);
+    EarlierPlaces { header, notes, body, tabs: None, table, why }
+}
+
+/// The places of a part that is shown below those notes.
+pub fn below(earlier: &EarlierPlaces) -> Places {
+    let low = earlier.body.height() < LOW;
+    let top = earlier.body.top() - HEADER[usize::from(low)];
+    let all = Rect::from_min_max(pos2(earlier.body.left() - EDGE, top), earlier.body.max + egui::vec2(EDGE, GAP));
+    places(all)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_result_from_before_has_its_places_inside_and_apart() {
+        for width in (480..=3840).step_by(20) {
+            for height in (260..=2060).step_by(20) {
+                let all = Rect::from_min_size(pos2(3.0, 72.0), egui::vec2(width as f32, height as f32));
+                let e = earlier_places(all);
+                let of: Vec<Rect> = [e.header, e.notes, e.table, e.why].into_iter().chain(e.tabs).collect();
+                for (k, a) in of.iter().enumerate() {
+                    assert!(all.contains_rect(*a) && a.is_positive(), "{width} x {height}: {a:?}");
+                    for b in &of[k + 1..] {
+                        let apart = !a.shrink(0.5).intersects(b.shrink(0.5));
+                        assert!(apart || (a == b && e.tabs.is_some()), "{width} x {height}: {a:?} {b:?}");
+                    }
+                }
+                assert!(e.body.contains_rect(e.table) && e.body.contains_rect(e.why));
+                assert!(e.table.height() >= 110.0 && e.why.height() >= 110.0, "{width} x {height}: {e:?}");
+                let p = below(&e);
+                for a in [p.tabs, p.cad, Some(p.map), Some(p.table), Some(p.why), Some(p.trend)].into_iter().flatten() {
+                    assert!(e.body.expand(0.5).contains_rect(a) && a.height() > 30.0, "{width} x {height}: {a:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn every_place_is_inside_and_only_shared_ones_overlap() {

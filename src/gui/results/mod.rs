@@ -1,6 +1,7 @@
 //! The results screen: where a part is out of tolerance, and why.
 
 mod controls;
+mod earlier;
 mod header;
 mod histogram;
 mod keys;
@@ -38,6 +39,7 @@ use crate::inspect::{Inspection, Outcome, PointResult};
 use crate::part::Part;
 use crate::report::palette::Scale;
 use egui::{Align2, Button, Rect, RichText, Ui, pos2, vec2};
+use header::Head;
 use layout::Places;
 use lower::{Lower, Lowers};
 use std::sync::Arc;
@@ -203,30 +205,31 @@ struct Ready {
 /// Draws the screen.
 pub(super) fn results_ui(ui: &mut Ui, scope: &mut Scope, view: &mut ResultsView) {
     let all = ui.max_rect();
-    let Some(part) = scope.part().cloned() else {
-        let text = scope.words.text("results.nothing_yet");
-        write::line(ui, all, Align2::CENTER_CENTER, text, fonts::regular(size::CARD), scope.theme.quiet);
-        return;
-    };
+    if let Some(place) = scope.view.earlier.filter(|k| *k < scope.facts.earlier_results().len()) {
+        return earlier::earlier_ui(ui, all, place, view, scope);
+    }
+    let Some(part) = scope.part().cloned() else { return earlier::nothing_yet_ui(ui, all, scope) };
     let place = scope.view.part.filter(|k| *k < scope.facts.parts.len()).unwrap_or(scope.facts.parts.len() - 1);
     if scope.view.part.is_none() {
         // The part that is looked at stays when another one arrives.
         scope.ask(Action::ChoosePart(Some(place)));
     }
     let places = layout::places(all);
-    header::header_ui(ui, places.header, &part, place, scope);
+    header::header_ui(ui, places.header, &Head::of_part(&part, place, scope.words), scope);
     view.picture.ui(ui, scope);
     match &part.result.outcome {
-        Outcome::Refused(refusal) => refused_ui(ui, &places, refusal, scope),
+        Outcome::Refused(refusal) => {
+            // There are no tabs either.
+            let others = [places.table, places.why, places.trend, places.histogram].into_iter();
+            let at = others.chain(places.cad).chain(places.tabs).fold(places.map, Rect::union);
+            refused_ui(ui, at, refusal, scope);
+        }
         Outcome::Measured(inspection) => measured_ui(ui, &places, &part, place, inspection, view, scope),
     }
 }
 
 /// Why the scan was refused and what to do.
-fn refused_ui(ui: &mut Ui, places: &Places, refusal: &crate::diagnostic::Refusal, scope: &Scope) {
-    // There are no tabs either.
-    let others = [places.table, places.why, places.trend, places.histogram].into_iter();
-    let at = others.chain(places.cad).chain(places.tabs).fold(places.map, Rect::union);
+fn refused_ui(ui: &mut Ui, at: Rect, refusal: &crate::diagnostic::Refusal, scope: &Scope) {
     cards::card(ui, at, scope.theme);
     let room = at.shrink2(vec2(if at.width() < 640.0 { 16.0 } else { 40.0 }, 12.0));
     let low = room.height() < 260.0;
@@ -257,7 +260,7 @@ fn measured_ui(
     let ready = ready(ui, part, place, inspection, view, scope);
     let narrow = places.breadth == Breadth::Narrow;
     if let Some(tabs) = places.tabs {
-        tabs_ui(ui, tabs, view, scope);
+        tabs_ui(ui, tabs, &Tab::ALL, view, scope);
     }
     if !narrow || view.tab == Tab::Scene {
         scenes_ui(ui, places, part, inspection, ready.as_ref(), view, scope);
@@ -355,18 +358,28 @@ fn sheet_normal(plan: &crate::plan::Plan, point: &PointResult) -> crate::geometr
     of_plan.map_or(point.direction, |p| p.geometry.sheet_normal())
 }
 
-fn tabs_ui(ui: &mut Ui, at: Rect, view: &mut ResultsView, scope: &Scope) {
-    let tabs = [
-        (Tab::Scene, "results.tab_scene"),
-        (Tab::Points, "results.tab_points"),
-        (Tab::Why, "results.tab_why"),
-        (Tab::Trend, "results.tab_trend"),
-    ];
+impl Tab {
+    const ALL: [Tab; 4] = [Tab::Scene, Tab::Points, Tab::Why, Tab::Trend];
+
+    /// The key of its name among the texts.
+    fn key(self) -> &'static str {
+        match self {
+            Tab::Scene => "results.tab_scene",
+            Tab::Points => "results.tab_points",
+            Tab::Why => "results.tab_why",
+            Tab::Trend => "results.tab_trend",
+        }
+    }
+}
+
+/// Those of the tabs that there are here; one that is not here leaves the first of them.
+fn tabs_ui(ui: &mut Ui, at: Rect, tabs: &[Tab], view: &mut ResultsView, scope: &Scope) {
+    let chosen = tabs.iter().find(|tab| **tab == view.tab).or(tabs.first()).copied();
     let each = (at.width() / tabs.len() as f32).min(180.0);
-    for (k, (tab, key)) in tabs.into_iter().enumerate() {
+    for (k, tab) in tabs.iter().copied().enumerate() {
         let place = Rect::from_min_size(pos2(at.left() + k as f32 * each, at.top()), vec2(each - 8.0, at.height()));
-        let text = RichText::new(scope.words.text(key)).size(size::BODY);
-        if ui.put(place, Button::selectable(view.tab == tab, text)).clicked() {
+        let text = RichText::new(scope.words.text(tab.key())).size(size::BODY);
+        if ui.put(place, Button::selectable(chosen == Some(tab), text)).clicked() {
             view.tab = tab;
         }
     }

@@ -59,6 +59,8 @@ const NO_SENTENCES: &[&str] = &[
     "what was not saved",
     "\"schema\": \"shapeline-result/",
     "{name} (earlier {number})",
+    "\"schema\": \"{family}/",
+    "%Y-%m-%d %H:%M UTC",
     "# .PCD",
     "VERSION .",
     "\"outer loop\"",

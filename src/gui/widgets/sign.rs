@@ -4,6 +4,7 @@ use crate::gui::fonts;
 use crate::gui::text::Words;
 use crate::gui::theme::Theme;
 use crate::inspect::{InspectionResult, Outcome, Verdict};
+use crate::report::stored::StoredOutcome;
 use egui::{Align2, Color32, CornerRadius, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, pos2, vec2};
 
 /// What a sign stands for.
@@ -44,6 +45,14 @@ impl Sign {
         match &result.outcome {
             Outcome::Measured(inspection) => inspection.verdict.into(),
             Outcome::Refused(_) => Sign::Refused,
+        }
+    }
+
+    /// The sign of a part by a result from before.
+    pub fn of_stored(outcome: &StoredOutcome) -> Self {
+        match outcome {
+            StoredOutcome::Measured(inspection) => inspection.verdict.into(),
+            StoredOutcome::Refused(_) => Sign::Refused,
         }
     }
 

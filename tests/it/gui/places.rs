@@ -85,6 +85,34 @@ fn no_control_lies_over_another_in_any_window_and_language() {
     }
 }
 
+/// A result from before this start, measured and refused, and the way to it.
+#[test]
+fn what_is_told_of_an_earlier_result_stands_apart_in_any_window_and_language() {
+    let project = Project::new();
+    project.write("scans/1.ply", &demo_file("scans/03_out_of_tolerance.ply"));
+    project.write("scans/2.ply", &tiny_scan(2));
+    project.run(["run", "demo.toml"]).assert_ended(1, &[]);
+    project.change_plan(&[("revision = \"C\"", "revision = \"D\"")]);
+    let mut window = Window::on(&project);
+    window.wait("the results of before are read", |app| app.facts().earlier.is_some());
+    for language in Language::ALL {
+        window.ask(Action::Language(language));
+        for size in SIZES {
+            window.harness.set_size(size.into());
+            for earlier in [0, 1] {
+                window.ask(Action::Show(Screen::Operator));
+                window.harness.run_steps(2);
+                assert_apart(&window, size[1], size, &format!("{language:?} operator"));
+                window.ask(Action::ChooseEarlier(earlier));
+                window.ask(Action::ChoosePoint(Some(0)));
+                window.harness.run_steps(3);
+                let above = 190.0_f32.min(0.55 * size[1]);
+                assert_apart(&window, above, size, &format!("{language:?} earlier {earlier}"));
+            }
+        }
+    }
+}
+
 /// Each thing that a small window shows alone.
 #[track_caller]
 fn panes_stand_apart(window: &mut Window, size: [f32; 2], language: Language) {
