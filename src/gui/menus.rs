@@ -171,6 +171,9 @@ pub(super) fn view_ui(ui: &mut Ui, scope: &mut Scope) {
     }
 }
 
+/// A day: no press is slower, and what is longer is a slip of the pen.
+const LONGEST_TAKT_S: f64 = 86_400.0;
+
 /// The field for the takt of the press at which the open plan is used; empty = not known.
 fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
     let Some(plan) = &scope.facts.plan_path else { return };
@@ -184,7 +187,7 @@ fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
         let field = egui::TextEdit::singleline(&mut text).desired_width(72.0).font(fonts::mono(size::BAR));
         ui.add(field.min_size(vec2(72.0, 40.0)).align(egui::Align2::LEFT_CENTER)).labelled_by(label.id);
     });
-    let typed = typed_number(&text).filter(|takt| *takt > 0.0);
+    let typed = typed_number(&text).filter(|takt| *takt > 0.0 && *takt <= LONGEST_TAKT_S);
     if typed.is_none() && !text.trim().is_empty() {
         ui.horizontal(|ui| {
             let (square, _) = ui.allocate_exact_size(egui::Vec2::splat(16.0), egui::Sense::hover());

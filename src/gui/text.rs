@@ -192,7 +192,8 @@ impl Words {
 
     /// A number with a fixed count of decimals and the language's decimal sign; minus is U+2212.
     pub fn number(&self, value: f64, decimals: usize) -> String {
-        let text = format!("{value:.decimals$}");
+        // Nobody reads three hundred zeros.
+        let text = if value.abs() < 1e15 { format!("{value:.decimals$}") } else { format!("{value:e}") };
         let zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
         let text = if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") };
         match self.language {

@@ -32,4 +32,5 @@ pub use model::*;
 pub use nominal::*;
 pub use regions::{FitRegion, Freedom, RegionFit, RegionShape};
 pub use shapes::NARROWEST_MM;
+pub use values::LARGEST_MM;
 pub(crate) use values::short as short_number;

@@ -25,6 +25,9 @@ const SHAPE_KEYS: [&str; 10] = [
 const WINDOW_RADIUS_MM: NumberRule =
     NumberRule { expected: "a radius in mm between 0.2 and 50", accepts: |v| (0.2..=50.0).contains(&v) };
 
+/// A limit farther from nominal than this is a slip of the pen, mm: no part that is so far off is found at all.
+const FARTHEST_MM: f64 = 100.0;
+
 /// A tolerance narrower than this is beyond any scan of sheet metal, mm.
 pub const NARROWEST_MM: f64 = 0.01;
 
@@ -177,6 +180,14 @@ fn limits(table: &TableReader<'_>) -> Option<(f64, f64)> {
         let words = format!("found {lower_mm} with upper_mm = {upper_mm}, expected lower_mm below upper_mm");
         lower?.wrong(words, "lower_mm is the most negative deviation allowed, such as -0.5");
         return None;
+    }
+    for (entry, limit_mm) in [(lower, lower_mm), (upper, upper_mm)] {
+        if let Some(entry) = entry.filter(|_| limit_mm.abs() > FARTHEST_MM) {
+            let words = format!(
+                "found {limit_mm} mm, farther off than sheet metal can be and still be found: it limits nothing"
+            );
+            entry.odd(words, "check the number and its unit");
+        }
     }
     let width_mm = upper_mm - lower_mm;
     if width_mm < NARROWEST_MM {

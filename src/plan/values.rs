@@ -5,7 +5,7 @@ use crate::geometry::{LengthUnit, Point3, UnitVector3, Vector3};
 use std::path::{Path, PathBuf};
 
 /// A kilometre: nothing that is pressed from sheet is larger, and squares of it keep their digits.
-const LARGEST_MM: f64 = 1e6;
+pub const LARGEST_MM: f64 = 1e6;
 
 /// Names longer than this do not fit a report.
 const LONGEST_NAME: usize = 120;

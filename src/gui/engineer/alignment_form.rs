@@ -2,11 +2,12 @@
 
 use super::desk::{Choice, ChoiceKind};
 use super::editing::{Edit, Editing};
-use super::fields::{Commit, Field, label_width, line_ui, note_ui, plain_number, problems_of, problems_ui};
+use super::fields::{Commit, Field, label_width, line_ui, note_ui, plain_number, problems_of, problems_ui, worst};
 use super::row_form::Triple;
 use super::section_form::{setting_ui, small_button, table_ui};
 use super::state::EngineerView;
 use super::uncertainty::choice_words;
+use crate::diagnostic::Severity;
 use crate::geometry::{Point3, UnitVector3, Vector3};
 use crate::gui::action::Action;
 use crate::gui::fonts;
@@ -191,7 +192,7 @@ fn regions_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: 
                 made = Some(without(&regions, k));
             }
         });
-        if let Some(region) = region_ui(ui, scope, view, k, region) {
+        if let Some(region) = region_ui(ui, scope, view, editing, (k, region)) {
             made = Some(changed(&regions, k, |r| r.clone_from(&region)));
         }
         problems_ui(ui, scope, &all_at(editing, At::Region(k)));
@@ -208,22 +209,29 @@ fn regions_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: 
 }
 
 /// The fields of a region; tells it when somebody changed it.
-fn region_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, k: usize, region: &Region) -> Option<Region> {
+fn region_ui(
+    ui: &mut Ui,
+    scope: &mut Scope,
+    view: &mut EngineerView,
+    editing: &Editing,
+    (k, region): (usize, &Region),
+) -> Option<Region> {
     let words = scope.words;
     let mut made = None;
     let centre = words.text("setting.centre");
     line_ui(ui, scope, centre, |ui, scope| {
         let (key, now) = (format!("region.{k}.centre"), Some([region.centre.x, region.centre.y, region.centre.z]));
-        let triple = Triple { key: &key, label: centre, now, decimals: 3, room: 0.0, severity: None };
+        let severity = severity(editing, k, "centre");
+        let triple = Triple { key: &key, label: centre, now, decimals: 3, room: 0.0, severity };
         if let Some(v) = triple.ui(ui, scope, view) {
             made = Some(Region { centre: Point3::from(Vector3::from(v)), ..region.clone() });
         }
     });
     match region.shape {
         RegionShape::Ball { radius_mm } => {
-            if let Some(radius_mm) =
-                number_ui(ui, scope, view, &format!("region.{k}.radius_mm"), "setting.radius", radius_mm)
-            {
+            let severity = severity(editing, k, "radius_mm");
+            let (key, label) = (format!("region.{k}.radius_mm"), "setting.radius");
+            if let Some(radius_mm) = number_ui(ui, scope, view, (&key, label), radius_mm, severity) {
                 made = Some(Region { shape: RegionShape::Ball { radius_mm }, ..region.clone() });
             }
         }
@@ -231,17 +239,24 @@ fn region_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, k: usize, 
             let label = words.text("setting.size");
             line_ui(ui, scope, label, |ui, scope| {
                 let (key, now) = (format!("region.{k}.size_mm"), Some([size_mm.x, size_mm.y, size_mm.z]));
-                let triple = Triple { key: &key, label, now, decimals: 3, room: 0.0, severity: None };
+                let severity = severity(editing, k, "size_mm");
+                let triple = Triple { key: &key, label, now, decimals: 3, room: 0.0, severity };
                 if let Some(v) = triple.ui(ui, scope, view) {
                     made = Some(Region { shape: RegionShape::Box { size_mm: Vector3::from(v) }, ..region.clone() });
                 }
             });
         }
     }
-    if let Some(weight) = number_ui(ui, scope, view, &format!("region.{k}.weight"), "setting.weight", region.weight) {
+    let (key, severity) = (format!("region.{k}.weight"), severity(editing, k, "weight"));
+    if let Some(weight) = number_ui(ui, scope, view, (&key, "setting.weight"), region.weight, severity) {
         made = Some(Region { weight, ..region.clone() });
     }
     shape_ui(ui, scope, region).or(made)
+}
+
+/// The worst that is told of a key of a region.
+fn severity(editing: &Editing, k: usize, key: &str) -> Option<Severity> {
+    worst(&problems_of(editing, At::Region(k), Some(key)))
 }
 
 /// A ball or a box.
@@ -269,9 +284,9 @@ fn number_ui(
     ui: &mut Ui,
     scope: &mut Scope,
     view: &mut EngineerView,
-    key: &str,
-    label: &'static str,
+    (key, label): (&str, &'static str),
     now: f64,
+    severity: Option<Severity>,
 ) -> Option<f64> {
     let words = scope.words;
     let label = words.text(label);
@@ -285,7 +300,7 @@ fn number_ui(
             hint: String::new(),
             width: 110.0,
             number: true,
-            severity: None,
+            severity,
             commit: Commit::Typed,
         };
         field.ui(ui, scope, view).and_then(|text| typed_number(&text))

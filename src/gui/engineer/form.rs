@@ -1,7 +1,7 @@
 //! The form on the right: of the row that is proposed, of the rows that are chosen, else of the section.
 
 use super::editing::{Edit, Editing};
-use super::fields::{Commit, Field, line_ui, note_ui, problems_of, problems_ui};
+use super::fields::{Commit, Field, line_ui, note_ui, problems_of, problems_ui, sentence, worst};
 use super::row_form::{Of, Row};
 use super::state::{Draft, EngineerView, Section};
 use super::{alignment_form, labels, section_form, uncertainty};
@@ -11,7 +11,7 @@ use crate::gui::scope::Scope;
 use crate::gui::text::typed_number;
 use crate::gui::theme::size;
 use crate::gui::widgets::{cards, words as write};
-use crate::plan::document::{At, FieldValue, List};
+use crate::plan::document::{At, FieldValue, List, PlanProblem};
 use egui::{Button, Key, Modifiers, Rect, RichText, ScrollArea, Ui, vec2};
 
 /// Height of the buttons that take what is proposed or leave it.
@@ -179,6 +179,7 @@ fn limit_ui(
     let all: Vec<Option<f64>> = indices.iter().map(value).collect();
     let same = all.first().copied().flatten().filter(|first| all.iter().all(|v| *v == Some(*first)));
     let label = labels::row_key(words, key);
+    let problems: Vec<_> = indices.iter().flat_map(|k| problems_of(editing, At::Comparison(*k), Some(key))).collect();
     line_ui(ui, scope, &label, |ui, scope| {
         let field_key = format!("many.{key}");
         let field = Field {
@@ -189,7 +190,7 @@ fn limit_ui(
             hint: words.text("engineer.various").to_owned(),
             width: 110.0,
             number: true,
-            severity: None,
+            severity: worst(&problems),
             commit: Commit::Typed,
         };
         if let Some(v) = field.ui(ui, scope, view).and_then(|text| typed_number(&text)) {
@@ -199,6 +200,16 @@ fn limit_ui(
         }
         note_ui(ui, scope, "mm");
     });
+    // What is told of many of them alike is told once.
+    let mut told: Vec<&PlanProblem> = Vec::new();
+    for problem in problems {
+        let same = |other: &&PlanProblem| sentence(&other.diagnostic, words) == sentence(&problem.diagnostic, words);
+        if !told.iter().any(same) {
+            told.push(problem);
+        }
+    }
+    told.truncate(3);
+    problems_ui(ui, scope, &told);
 }
 
 fn section_ui(ui: &mut Ui, scope: &mut Scope, view: &mut EngineerView, editing: &Editing) {

@@ -171,8 +171,10 @@ pub fn scale_controls_ui(ui: &mut Ui, view: &mut ResultsView, scope: &mut Scope)
     let field = ui.add(field);
     field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, words.text("results.range")));
     if field.has_focus() {
-        if let Some(range) = crate::gui::text::typed_number(&text).filter(|r| (1e-3..=1e3).contains(r)) {
-            view.scale.range_mm = range;
+        match crate::gui::text::typed_number(&text).filter(|r| (1e-3..=1e3).contains(r)) {
+            Some(range) => view.scale.range_mm = range,
+            None if text.trim().is_empty() => {}
+            None => no_range_ui(ui, &field, scope),
         }
         ui.data_mut(|d| d.insert_temp(id, text));
     } else {
@@ -190,6 +192,19 @@ pub fn scale_controls_ui(ui: &mut Ui, view: &mut ResultsView, scope: &mut Scope)
     }
     bands_ui(ui, view, words);
     palette_ui(ui, view, words);
+}
+
+/// What is typed is no range of a map; that one stays as it was.
+fn no_range_ui(ui: &Ui, field: &egui::Response, scope: &Scope) {
+    ui.painter().rect_stroke(field.rect, 4, Stroke::new(2.0, scope.theme.fail), egui::StrokeKind::Inside);
+    let area = egui::Area::new(field.id.with("no range")).order(egui::Order::Foreground);
+    let text = scope.words.text("results.no_range");
+    area.fixed_pos(field.rect.left_bottom() + vec2(0.0, 2.0)).constrain(true).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(280.0);
+            ui.add(egui::Label::new(small(text).color(scope.theme.text)).wrap());
+        });
+    });
 }
 
 /// Puts the range into the plan that is edited, where it has another one.

@@ -2,9 +2,10 @@
 
 use super::fields::infos;
 use super::rows::rows;
+use super::settings::{in_full, in_mm};
 use super::shape::is_same;
 use super::{Document, FieldValue, List, RowInfo, SETTINGS, tree, words};
-use crate::geometry::Point3;
+use crate::geometry::{Point3, Vector3};
 use std::collections::BTreeMap;
 use std::fmt;
 use toml_edit::{DocumentMut, Item, TableLike};
@@ -62,6 +63,11 @@ impl Document {
             return vec![Change::other("plan", "new")];
         }
         changes(self.saved_text(), &self.text)
+    }
+
+    /// What somebody else changed since the plan was opened or saved, by the text that lies there now.
+    pub fn changes_by_others(&self, text: &str) -> Vec<Change> {
+        changes(self.saved_text(), &text.replace("\r\n", "\n"))
     }
 
     /// What would change if this plan's text became another one: one that was not saved, or that somebody else saved.
@@ -140,8 +146,10 @@ fn from_to(unit: &str, before: Option<&FieldValue>, after: Option<&FieldValue>, 
     let hidden = before.zip(after).is_some_and(|(a, b)| in_mm(a) == in_mm(b));
     let shown = |value: Option<&FieldValue>| match value {
         None => "left out".to_owned(),
-        Some(FieldValue::Number(v)) if hidden => v.to_string(),
-        Some(FieldValue::Numbers(v)) if hidden => format!("{v:?}"),
+        Some(FieldValue::Number(v)) if hidden => in_full(*v),
+        Some(FieldValue::Numbers(v)) if hidden => {
+            format!("[{}]", v.iter().map(|v| in_full(*v)).collect::<Vec<_>>().join(", "))
+        }
         Some(value) => in_mm(value),
     };
     let unit = if unit.is_empty() || after.is_none() { String::new() } else { format!(" {unit}") };
@@ -233,7 +241,7 @@ pub(super) fn row_changes(before: &RowInfo, after: &RowInfo, list: List, subject
         match (place(old), place(new)) {
             (Some(a), Some(b)) if ["position", "centre"].contains(&key) && a != b => {
                 let places = from_to("mm", old, new, false).unwrap_or_default();
-                tell(format!("moved by {:.3} mm, {label} {places}", (b - a).norm()), at());
+                tell(format!("moved by {} mm, {label} {places}", in_mm(length(b - a))), at());
             }
             _ => {
                 if let Some(what) = from_to(unit, old, new, is_direction) {
@@ -242,6 +250,12 @@ pub(super) fn row_changes(before: &RowInfo, after: &RowInfo, list: List, subject
             }
         }
     }
+}
+
+/// A length whose squares may be beyond all numbers.
+fn length(v: Vector3) -> f64 {
+    let largest = v.amax();
+    if largest > 0.0 { largest * (v / largest).norm() } else { 0.0 }
 }
 
 fn place(value: Option<&FieldValue>) -> Option<Point3> {

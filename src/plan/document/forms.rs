@@ -231,6 +231,60 @@ mod tests {
         }
     }
 
+    /// Beyond every rule, and of either sign.
+    #[test]
+    fn a_number_out_of_its_range_is_told_at_its_field_and_in_short() {
+        let told = |document: &crate::plan::document::Document, key: &str, what: &str| {
+            let problems = document.problems();
+            let at_key = |p: &&crate::plan::document::PlanProblem| {
+                p.diagnostic.severity == Severity::Error && p.place.key.as_deref() == Some(key)
+            };
+            assert!(problems.iter().any(|p| at_key(&p)), "{what}: {problems:?}");
+            let changes = document.changes().iter().map(ToString::to_string).collect::<Vec<_>>();
+            let messages = problems.iter().map(|p| p.diagnostic.to_string());
+            for text in messages.chain(changes) {
+                assert!(text.chars().filter(|c| *c == '0').count() < 40 && text.len() < 400, "{what}: {text}");
+            }
+        };
+        for v in [1e300, -1e300] {
+            for Setting { table, key, holds, .. } in FORM {
+                let value = match holds {
+                    Holds::Number(_) | Holds::Whole => FieldValue::Number(v),
+                    _ => continue,
+                };
+                let mut document = open(FULL);
+                document.set_setting(table, key, &value).unwrap();
+                told(&document, key, &format!("[{table}] {key} = {v:e}"));
+            }
+            for list in [List::Feature, List::Comparison] {
+                for (index, row) in open(FULL).rows(list).iter().enumerate() {
+                    for RowKey { key, .. } in row_form(list, &row.kind) {
+                        let value = match key {
+                            // Of a direction only its direction counts, whatever its length.
+                            "direction" | "axis" | "normal" | "method" => continue,
+                            "position" | "centre" => FieldValue::Numbers(vec![v, 0.0, 1.0]),
+                            _ => FieldValue::Number(v),
+                        };
+                        let mut document = open(FULL);
+                        document.set_value(list, index, key, &value).unwrap();
+                        told(&document, key, &format!("{} {key} = {v:e}", row.name));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_limit_that_limits_nothing_is_told_and_holds() {
+        let mut document = open(FULL);
+        document.set_value(List::Comparison, 0, "upper_mm", &FieldValue::Number(1e4)).unwrap();
+        let problems = document.problems();
+        let told = problems.iter().find(|p| p.place.key.as_deref() == Some("upper_mm")).expect("a word about it");
+        assert_eq!(told.diagnostic.severity, Severity::Warning);
+        assert!(told.diagnostic.message.contains("found 10000 mm, farther off"), "{told:?}");
+        assert!(parse(&document.bytes(), document.path()).plan.is_some());
+    }
+
     #[test]
     fn what_is_left_out_holds_as_the_form_says() {
         for setting in FORM {

@@ -76,7 +76,7 @@ impl FieldValue {
 
     /// The value as people read it; `mm` with three decimals where `lengths` are told.
     pub(super) fn in_words(&self, length: bool) -> String {
-        let number = |v: &f64| if length { format!("{v:.3}") } else { short(*v) };
+        let number = |v: &f64| if length { in_mm(*v) } else { short(*v) };
         match self {
             FieldValue::Text(text) => format!("\"{text}\""),
             FieldValue::Number(v) => number(v),
@@ -87,6 +87,16 @@ impl FieldValue {
             FieldValue::Other(text) => text.clone(),
         }
     }
+}
+
+/// A length with three decimals; one that no part has, in short: nobody reads three hundred zeros.
+pub(super) fn in_mm(v: f64) -> String {
+    if v.abs() < 1e7 { format!("{v:.3}") } else { short(v) }
+}
+
+/// All digits of a number, of a huge one without its zeros.
+pub(super) fn in_full(v: f64) -> String {
+    if v.abs() < 1e15 { v.to_string() } else { format!("{v:e}") }
 }
 
 impl Document {

@@ -29,6 +29,11 @@ impl Typed {
         }
     }
 
+    /// Whether it is a number farther from zero than this.
+    pub fn is_beyond(self, most: f64) -> bool {
+        self.number().is_some_and(|number| number.abs() > most)
+    }
+
     /// The number, if it is one.
     pub fn number(self) -> Option<f64> {
         match self {

@@ -8,6 +8,7 @@ use crate::gui::fonts;
 use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::size;
+use crate::plan::LARGEST_MM;
 use crate::plan::document::{Document, FieldValue, List, RowInfo};
 use egui::{RichText, ScrollArea, Ui};
 
@@ -75,6 +76,9 @@ fn refusal(typed: [Typed; 2], changes: &[LimitChange]) -> Option<(&'static str, 
     if typed.contains(&Typed::Wrong) {
         return Some(("tables.not_a_number", String::new()));
     }
+    if typed.iter().any(|t| t.is_beyond(LARGEST_MM)) {
+        return Some(("tables.limit_too_large", String::new()));
+    }
     if typed == [Typed::Nothing; 2] {
         return Some(("tables.type_a_limit", String::new()));
     }
@@ -101,7 +105,7 @@ pub fn form_ui(ui: &mut Ui, form: &mut TolerancesForm, document: &Document, chos
     }
     ui.add_space(8.0);
     let typed = [Typed::of(&form.lower), Typed::of(&form.upper)];
-    let wrong = typed.map(|t| t == Typed::Wrong);
+    let wrong = typed.map(|t| t == Typed::Wrong || t.is_beyond(LARGEST_MM));
     text_ui(ui, words.text("tables.lower"), &mut form.lower, words.text("tables.mm_or_nothing"), wrong[0], true, theme);
     text_ui(
         ui,
@@ -117,7 +121,7 @@ pub fn form_ui(ui: &mut Ui, form: &mut TolerancesForm, document: &Document, chos
     let changes = changes(&rows, &meant, typed.map(Typed::number));
     let refusal = refusal(typed, &changes);
     ui.add_space(8.0);
-    if let Some((key @ ("tables.not_a_number" | "tables.limits_crossed"), name)) = &refusal {
+    if let Some((key @ ("tables.not_a_number" | "tables.limit_too_large" | "tables.limits_crossed"), name)) = &refusal {
         fault_ui(ui, &words.fill(key, &[("name", name)]), theme);
     }
     preview_ui(ui, &changes, meant.len(), words);
