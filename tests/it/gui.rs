@@ -8,6 +8,7 @@ mod new_plan;
 mod picking;
 mod places;
 mod results;
+mod told;
 mod verdict;
 mod watching;
 mod words;

@@ -40,9 +40,9 @@ pub(super) fn operator_ui(ui: &mut Ui, scope: &mut Scope, pictures: &mut Painter
         (false, Some(place)) => loaded::loaded_ui(ui, place, scope),
         (false, None) => {}
     }
-    verdict::verdict_ui(ui, place_of(places.verdict), &places, scope);
+    let cut = verdict::verdict_ui(ui, place_of(places.verdict), &places, scope);
     run_button::run_ui(ui, places.run, scope);
-    now::now_ui(ui, places.now, places.form, scope);
+    now::now_ui(ui, places.now, places.form, cut.as_deref(), scope);
     if let Some(place) = places.worst {
         let part = scope.facts.judged().cloned();
         match part.filter(|part| matches!(part.result.outcome, Outcome::Measured(_))) {

@@ -1,7 +1,7 @@
 //! What goes on now: the part at hand, its stage, how long it takes. It never colours the verdict.
 
 use super::layout::Form;
-use crate::gui::facts::{Job, Running, Wanted};
+use crate::gui::facts::{Facts, Job, Running, Wanted};
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
 use crate::gui::perform::may_run;
@@ -20,10 +20,16 @@ use std::time::Duration;
 const STEPS: [&str; 6] =
     ["step.read", "step.background", "step.best_fit", "step.features", "step.comparison", "step.report"];
 
-/// Draws the card; in the barest window one line.
-pub(super) fn now_ui(ui: &mut Ui, place: Rect, form: Form, scope: &Scope) {
+/// Draws the card; in the barest window one line. While nothing runs it tells what did not stand whole in the verdict's card: `cut`.
+pub(super) fn now_ui(ui: &mut Ui, place: Rect, form: Form, cut: Option<&str>, scope: &Scope) {
     let title = title(scope);
     let theme = scope.theme;
+    let cut = cut.filter(|_| is_quiet(scope.facts));
+    if let (Form::Bare, Some(cut)) = (form, cut) {
+        let size = if words::fits(ui, cut, fonts::semibold(size::NOTE), place.width(), 2) { size::NOTE } else { 11.0 };
+        words::block(ui, place, Align2::CENTER_CENTER, cut, fonts::semibold(size), theme.text, 2);
+        return;
+    }
     if form == Form::Bare {
         words::line(ui, place, Align2::CENTER_CENTER, &title, fonts::semibold(size::BAR), theme.text);
         return;
@@ -56,12 +62,24 @@ pub(super) fn now_ui(ui: &mut Ui, place: Rect, form: Form, scope: &Scope) {
     let bar = Rect::from_min_max(pos2(inner.left(), y), pos2(inner.right(), (y + 38.0).min(inner.bottom())));
     cards::steps(ui, bar, &names, step(scope), theme);
     y = bar.bottom() + if form == Form::Full { 10.0 } else { 4.0 };
-    let (note, rows) = note(scope);
+    let (note, rows) = match note(scope) {
+        (note, _) if note.is_empty() => (cut.unwrap_or_default().to_owned(), 3),
+        told => told,
+    };
     let rest = Rect::from_min_max(pos2(inner.left(), y), inner.max);
     if rest.height() >= 16.0 {
         let points = if form == Form::Full { size::BAR } else { size::BODY };
         let rows = rows.min((rest.height() / (1.25 * points)) as usize).max(1);
         words::block(ui, rest, Align2::LEFT_TOP, &note, fonts::regular(points), theme.quiet, rows);
+    }
+}
+
+/// Whether there is nothing to tell of what goes on: between two parts of a watched folder, too.
+pub(super) fn is_quiet(facts: &Facts) -> bool {
+    match &facts.job {
+        Job::Idle => true,
+        Job::Running(running) => running.watch && running.scan.is_none() && running.stage.is_none(),
+        _ => false,
     }
 }
 

@@ -1,6 +1,7 @@
 //! The verdict of the last part, to be read from three metres. A running part never changes it; only a finished one does.
 
 use super::layout::{Form, Places};
+use super::now::is_quiet;
 use crate::gui::facts::{FinishedPart, Job};
 use crate::gui::fonts;
 use crate::gui::perform::may_run;
@@ -11,7 +12,7 @@ use crate::gui::widgets::sign::Sign;
 use crate::gui::widgets::words;
 use crate::inspect::{Inspection, Outcome, Verdict};
 use crate::report::words::{Counts, capital, clean};
-use egui::{Align2, CornerRadius, Rect, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
+use egui::{Align2, CornerRadius, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use std::path::Path;
 
 /// What the card says.
@@ -26,8 +27,8 @@ struct Said {
     name: String,
 }
 
-/// Draws the card.
-pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, places: &Places, scope: &Scope) {
+/// Draws the card. Returns what it says where that did not stand whole in it: the operator reads it elsewhere.
+pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, places: &Places, scope: &Scope) -> Option<String> {
     let (theme, form) = (scope.theme, places.form);
     // The newest part of the run, whatever is looked at on other screens; nothing that an earlier run or another plan said.
     let facts = scope.facts;
@@ -43,7 +44,12 @@ pub(super) fn verdict_ui(ui: &mut Ui, place: Rect, places: &Places, scope: &Scop
     let inner = place.shrink2(vec2(if form == Form::Bare { 16.0 } else { 24.0 }, 14.0));
     let (sign, text) = split(ui, inner, form, &said);
     said.sign.paint(ui.painter(), sign, theme);
-    texts(ui, text, form, &said, scope);
+    let cut = texts(ui, text, form, &said, scope);
+    // Under what goes on it stands as soon as nothing does; a pop-up would only hide the button.
+    if let Some(whole) = cut.as_ref().filter(|_| !is_quiet(facts)) {
+        ui.interact(place, ui.scope_id().with("the whole verdict"), Sense::hover()).on_hover_text(whole);
+    }
+    cut
 }
 
 /// The largest size of the word.
@@ -101,7 +107,8 @@ fn sizes(form: Form) -> (f32, f32, f32) {
     }
 }
 
-fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
+/// Writes the texts; returns sentence and note where one of them was cut, the one to act on first.
+fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) -> Option<String> {
     let theme = scope.theme;
     let (head, sentence, note) = sizes(form);
     let line = |points: f32| 1.4 * points;
@@ -121,9 +128,16 @@ fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
     let sentence_height = line(sentence_size) * lines as f32;
     let at = Rect::from_min_max(pos2(place.left(), bottom - sentence_height), pos2(place.right(), bottom));
     let font = fonts::semibold(sentence_size);
-    words::block(ui, at, Align2::LEFT_CENTER, &said.sentence, font, theme.text, lines);
-    if note > 0.0 && note_lines > 0 {
-        words::block(ui, note_place, Align2::LEFT_CENTER, &said.note, fonts::regular(note), theme.text, note_lines);
+    let sentence = words::whole_clauses(ui, &said.sentence, &font, place.width(), lines);
+    let mut cut = sentence != said.sentence || !words::fits(ui, &sentence, font.clone(), place.width(), lines);
+    words::block(ui, at, Align2::LEFT_CENTER, &sentence, font, theme.text, lines);
+    if note_lines > 0 {
+        let font = fonts::regular(note);
+        let note = words::whole_clauses(ui, &said.note, &font, place.width(), note_lines);
+        cut |= note != said.note || !words::fits(ui, &note, font.clone(), place.width(), note_lines);
+        words::block(ui, note_place, Align2::LEFT_CENTER, &note, font, theme.text, note_lines);
+    } else {
+        cut |= !said.note.is_empty();
     }
     let room = Rect::from_min_max(top.left_bottom(), at.right_top());
     // A letter that hangs below the line must not touch the sentence.
@@ -131,6 +145,8 @@ fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) {
     let largest = largest_word(form).min(if hangs { room.height() / 1.15 } else { room.height() });
     let fit = words::fitting_size(ui, &said.word, fonts::bold, room.width(), largest, 40.0);
     words::line(ui, room, Align2::LEFT_CENTER, &said.word, fonts::bold(fit), said.sign.text_colour(theme));
+    let all = [&said.note, &said.sentence].into_iter().filter(|text| !text.is_empty());
+    cut.then(|| all.map(|text| text.trim_end_matches('.')).collect::<Vec<_>>().join(". "))
 }
 
 /// With a card of its own for what to do about a refused scan, this one leaves that out.

@@ -13,6 +13,24 @@ fn row(ui: &Ui, text: &str, font: FontId, colour: Color32, width: f32, rows: usi
     ui.painter().layout_job(job)
 }
 
+/// Whether a text stands whole in so many rows of a width.
+pub fn fits(ui: &Ui, text: &str, font: FontId, width: f32, rows: usize) -> bool {
+    !row(ui, text, font, Color32::PLACEHOLDER, width, rows).elided
+}
+
+/// As many of a text's sentences and clauses as stand whole in so many rows, with a sign that there are more. Where not even the first one does, the
+/// text as it is.
+pub fn whole_clauses(ui: &Ui, text: &str, font: &FontId, width: f32, rows: usize) -> String {
+    if fits(ui, text, font.clone(), width, rows) {
+        return text.to_owned();
+    }
+    let mut ends: Vec<usize> = [". ", "; "].iter().flat_map(|end| text.match_indices(end)).map(|(at, _)| at).collect();
+    ends.sort_unstable_by(|a, b| b.cmp(a));
+    let shorter = ends.into_iter().map(|at| format!("{} …", &text[..at]));
+    let mut fitting = shorter.filter(|text| fits(ui, text, font.clone(), width, rows));
+    fitting.next().unwrap_or_else(|| text.to_owned())
+}
+
 /// How wide a text is when nothing limits it.
 pub fn width(ui: &Ui, text: &str, font: FontId) -> f32 {
     ui.painter().layout_no_wrap(text.to_owned(), font, Color32::PLACEHOLDER).size().x

@@ -27,7 +27,7 @@ fn said(window: &Window) -> BTreeSet<String> {
 }
 
 /// Long pieces of the library's templates; every sentence of it holds one, or is shorter.
-fn english() -> Vec<String> {
+pub fn english() -> Vec<String> {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/text/library.de.toml");
     let catalogue: toml_edit::DocumentMut =
         std::fs::read_to_string(file).expect("the catalogue").parse().expect("TOML");
@@ -40,7 +40,7 @@ fn english() -> Vec<String> {
 }
 
 #[track_caller]
-fn assert_no_english(window: &Window, english: &[String]) {
+pub fn assert_no_english(window: &Window, english: &[String]) {
     let left: Vec<String> = said(window)
         .into_iter()
         .filter(|said| english.iter().any(|piece| said.to_lowercase().contains(piece)))
