@@ -71,9 +71,12 @@ pub(super) fn all_ui(ui: &mut Ui, can_lock: bool, scope: &mut Scope) {
     }
 }
 
+/// Height of what a glove can hit though it is rarely wanted.
+const ROW: f32 = 48.0;
+
 /// A row of a menu that a glove can hit.
 fn row(ui: &mut Ui, chosen: bool, text: &str) -> bool {
-    let button = egui::Button::selectable(chosen, RichText::new(text).size(size::BAR)).min_size(vec2(220.0, 40.0));
+    let button = egui::Button::selectable(chosen, RichText::new(text).size(size::BAR)).min_size(vec2(220.0, ROW));
     ui.add(button).clicked()
 }
 
@@ -146,7 +149,7 @@ pub(super) fn view_ui(ui: &mut Ui, scope: &mut Scope) {
             let text = format!("{:.0} %", 100.0 * scale);
             let chosen = (scope.settings.magnification() - scale).abs() < 1e-3;
             let button =
-                egui::Button::selectable(chosen, RichText::new(text).size(size::BODY)).min_size(vec2(56.0, 40.0));
+                egui::Button::selectable(chosen, RichText::new(text).size(size::BODY)).min_size(vec2(56.0, ROW));
             if ui.add(button).clicked() {
                 scope.actions.push(Action::Scale(scale));
             }
@@ -185,7 +188,7 @@ fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
     ui.horizontal(|ui| {
         let label = ui.label(words.text("view.takt"));
         let field = egui::TextEdit::singleline(&mut text).desired_width(72.0).font(fonts::mono(size::BAR));
-        ui.add(field.min_size(vec2(72.0, 40.0)).align(egui::Align2::LEFT_CENTER)).labelled_by(label.id);
+        ui.add(field.min_size(vec2(72.0, ROW)).align(egui::Align2::LEFT_CENTER)).labelled_by(label.id);
     });
     let typed = typed_number(&text).filter(|takt| *takt > 0.0 && *takt <= LONGEST_TAKT_S);
     if typed.is_none() && !text.trim().is_empty() {

@@ -5,7 +5,7 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::io;
-use crate::plan::document::{Document, Step, Verb};
+use crate::plan::document::{Change, Document, Step, Verb};
 use crate::report::atomic;
 use std::fs;
 use std::io::{ErrorKind, Read};
@@ -38,7 +38,7 @@ pub struct Recovery {
 pub enum SaveError {
     /// Another file lies there than the one that was read: the choice is a person's.
     #[error("{0}")]
-    ChangedByOthers(Box<Diagnostic>),
+    ChangedByOthers(Box<Diagnostic>, Vec<Change>),
     /// It could not be written.
     #[error("{0}")]
     Failed(Box<Diagnostic>),
@@ -141,23 +141,25 @@ fn failed(told: Diagnostic) -> SaveError {
 }
 
 fn refuse_others(document: &Document, target: &Path) -> Result<(), SaveError> {
-    let told = |message: &str, help: &str| {
+    let told = |message: &str, help: &str, theirs: Vec<Change>| {
         let told = Diagnostic::error(message).in_file(document.path()).with_help(help);
-        Err(SaveError::ChangedByOthers(Box::new(told)))
+        Err(SaveError::ChangedByOthers(Box::new(told), theirs))
     };
     match (read_capped(target), document.saved_sha256()) {
         (Ok(bytes), Some(sha256)) if io::sha256_hex(&bytes) == sha256 => Ok(()),
-        (Ok(_), Some(_)) => told(
+        (Ok(bytes), Some(_)) => told(
             "not saved: somebody else changed this plan since it was opened",
             "look at the other version first: save yours under another name and compare, or overwrite theirs",
+            document.changes_by_others(&String::from_utf8_lossy(&bytes)),
         ),
         (Ok(_), None) => {
-            told("not saved: a file of this name is there already", "choose another name, or overwrite it")
+            told("not saved: a file of this name is there already", "choose another name, or overwrite it", Vec::new())
         }
         (Err(fault), None) if fault.kind() == ErrorKind::NotFound => Ok(()),
         (Err(fault), Some(_)) if fault.kind() == ErrorKind::NotFound => told(
             "not saved: somebody removed or renamed this plan since it was opened",
             "save it under another name, or write it again under this one",
+            Vec::new(),
         ),
         (Err(fault), _) => Err(failed(unreadable(document.path(), &fault))),
     }
@@ -237,16 +239,16 @@ mod tests {
         let (folder, path) = plan();
         let mut document = edited(&path);
         fs::write(&path, "# theirs\n").unwrap();
-        let Err(SaveError::ChangedByOthers(told)) = save_plan(&mut document, Overwrite::Own) else { panic!() };
+        let Err(SaveError::ChangedByOthers(told, _)) = save_plan(&mut document, Overwrite::Own) else { panic!() };
         assert!(told.message.contains("somebody else changed") && told.help.is_some(), "{told}");
         assert_eq!((fs::read_to_string(&path).unwrap().as_str(), document.is_modified()), ("# theirs\n", true));
         fs::remove_file(&path).unwrap();
-        let Err(SaveError::ChangedByOthers(told)) = save_plan(&mut document, Overwrite::Own) else { panic!() };
+        let Err(SaveError::ChangedByOthers(told, _)) = save_plan(&mut document, Overwrite::Own) else { panic!() };
         assert!(told.message.contains("removed or renamed"), "{told}");
         save_plan(&mut document, Overwrite::Anything).unwrap();
         assert_eq!(files(folder.path()), ["p.toml"]);
         let mut copy = document.copy_to(&path).unwrap();
-        let Err(SaveError::ChangedByOthers(told)) = save_plan(&mut copy, Overwrite::Own) else { panic!() };
+        let Err(SaveError::ChangedByOthers(told, _)) = save_plan(&mut copy, Overwrite::Own) else { panic!() };
         assert!(told.message.contains("is there already"), "{told}");
         let mut gone = document.copy_to(&folder.path().join("no/p.toml")).unwrap();
         let Err(SaveError::Failed(told)) = save_plan(&mut gone, Overwrite::Own) else { panic!() };

@@ -316,6 +316,20 @@ fn verdict_and_button_never_leave() {
 }
 
 #[test]
+fn rows_of_menus_are_large_enough_for_gloves() {
+    let project = Project::new();
+    let mut window = Window::on(&project);
+    for (menu, row) in [("View…", "Dark"), ("View…", "Svenska"), ("View…", "Full screen"), ("Open…", "Type a path…")]
+    {
+        window.click(menu);
+        let height = window.harness.get_by_label(row).rect().height();
+        assert!(height >= 48.0, "{row}: {height}");
+        window.harness.key_press(egui::Key::Escape);
+        window.harness.run_steps(2);
+    }
+}
+
+#[test]
 fn help_lists_the_keys_and_escape_puts_it_away() {
     let project = Project::new();
     let mut window = Window::on(&project);

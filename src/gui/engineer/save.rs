@@ -153,10 +153,22 @@ fn fault_ui(
 ) -> Option<Command> {
     let words = scope.words;
     let (told, by_others) = match fault {
-        SaveError::ChangedByOthers(told) => (told, true),
-        SaveError::Failed(told) => (told, false),
+        SaveError::ChangedByOthers(told, theirs) => (told, Some(theirs)),
+        SaveError::Failed(told) => (told, None),
     };
     super::fields::sentence_ui(ui, scope, told, 0.0);
+    if let Some(theirs) = by_others.filter(|theirs| !theirs.is_empty()) {
+        let title = words.count("save.theirs", theirs.len());
+        ui.label(RichText::new(title).font(fonts::semibold(size::TABLE)));
+        let height = list_height(ui, 90.0);
+        ScrollArea::vertical().id_salt("theirs").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+            for change in theirs {
+                let text = super::told::change(words, change);
+                ui.add(egui::Label::new(RichText::new(text).size(size::TABLE)).wrap());
+            }
+        });
+        ui.add_space(6.0);
+    }
     let mut asked = None;
     let label = words.text("save.other_name");
     ui.horizontal(|ui| {
@@ -169,7 +181,7 @@ fn fault_ui(
             asked = Some(save(Overwrite::Own, Some(std::path::absolute(&path).unwrap_or(path))));
         }
     });
-    if by_others {
+    if by_others.is_some() {
         ui.horizontal(|ui| {
             if ui.add_enabled(ready, Button::new(words.text("save.overwrite"))).clicked() {
                 asked = Some(save(Overwrite::Anything, None));

@@ -127,7 +127,7 @@ fn run(app: &mut App, ctx: &egui::Context, replaced: Option<&Path>) {
                         discard_autosave(&draft);
                         Ok(path)
                     }
-                    Err(SaveError::ChangedByOthers(_)) => Err(None),
+                    Err(SaveError::ChangedByOthers(..)) => Err(None),
                     Err(SaveError::Failed(told)) => Err(Some(told.in_a_row())),
                 }
             });

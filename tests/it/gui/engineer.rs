@@ -292,7 +292,8 @@ fn what_somebody_else_saved_meanwhile_is_not_overwritten_without_a_word() {
     let text = String::from_utf8(project.read("demo.toml")).unwrap();
     window.ask(Action::Edit(Edit::SetTolerances { indices: vec![1], lower_mm: Some(-0.3), upper_mm: None }));
     window.wait("a whole check", checked);
-    project.write("demo.toml", text.replace("4711-02", "4711-09").as_bytes());
+    let theirs = text.replace("4711-02", "4711-09").replacen("thickness_mm = 1.2 ", "thickness_mm = 1e300 ", 1);
+    project.write("demo.toml", theirs.as_bytes());
     window.press(egui::Modifiers::COMMAND, egui::Key::S);
     window.type_into("Reason for the change", "press set up anew");
     window.click("Save");
@@ -300,6 +301,9 @@ fn what_somebody_else_saved_meanwhile_is_not_overwritten_without_a_word() {
     // The dialog has grown and comes to rest in the middle again.
     window.harness.run_steps(4);
     assert!(window.says("Somebody else changed this plan") || window.says("somebody else changed this plan"));
+    // What they did, and not what was done here; no number of three hundred digits.
+    assert!(window.says("They changed 2 things") && window.says("\"4711-02\" to \"4711-09\""));
+    assert!(window.says("1.200 to 1e300 mm"));
     window.click("Open their version, drop mine");
     window.wait("their plan", |app| {
         app.facts().editing.as_ref().is_some_and(|e| !e.document.is_modified() && e.document.text().contains("4711-09"))
