@@ -197,9 +197,9 @@ fn paint_words(
     if scale.rise > 1.0 {
         let text = words.fill("results.section_heights", &[("n", &words.number(f64::from(scale.rise), 0))]);
         let wide = write::width(ui, &text, font.clone()) + 2.0;
-        // Above the others where the scale's bar begins too soon.
+        // Below the title where the scale's bar begins too soon: above the others stands the sheet.
         let fits = x + wide + 12.0 <= right - (long_mm * scale.px_per_mm).max(60.0);
-        let (x, y) = if fits { (x, y) } else { (inside.left() + 8.0, y - 17.0) };
+        let (x, y) = if fits { (x, y) } else { (inside.left() + 8.0, inside.top() + 8.0) };
         let place = Rect::from_center_size(pos2(x + 0.5 * wide, y), vec2(wide, 16.0));
         write::line(ui, place, Align2::LEFT_CENTER, &text, font.clone(), theme.quiet);
     }
