@@ -7,6 +7,7 @@ mod names;
 mod new_plan;
 mod picking;
 mod places;
+mod ranges;
 mod results;
 mod told;
 mod verdict;
