@@ -186,6 +186,7 @@ fn takt_ui(ui: &mut Ui, scope: &mut Scope) {
     let shown = || now.map(|takt| words.number(takt, 1)).unwrap_or_default();
     let mut text = ui.ctx().data_mut(|d| d.get_temp::<String>(id)).unwrap_or_else(shown);
     ui.horizontal(|ui| {
+        ui.set_min_height(ROW);
         let label = ui.label(words.text("view.takt"));
         let field = egui::TextEdit::singleline(&mut text).desired_width(72.0).font(fonts::mono(size::BAR));
         ui.add(field.min_size(vec2(72.0, ROW)).align(egui::Align2::LEFT_CENTER)).labelled_by(label.id);
