@@ -199,7 +199,8 @@ impl<'a> Rows<'a> {
         }
         let mm = position.map(|x| x * self.lengths.mm_per_kept);
         if let Some(x) = mm.iter().find(|x| x.abs() > LARGEST_COORDINATE_MM) {
-            return Err(Diagnostic::error(too_far(*x)).with_help(TOO_FAR_HELP));
+            let own = x / self.lengths.mm_per_kept / self.lengths.kept_per_unit;
+            return Err(Diagnostic::error(too_far(*x, own)).with_help(TOO_FAR_HELP));
         }
         self.positions.push(Point3::from(position));
         if self.has_normals {

@@ -218,13 +218,17 @@ fn placed(error: ReadError, file: &Path) -> ReadError {
     }
 }
 
-/// The message for a coordinate that no scan and no CAD has.
-fn too_far(value_mm: f64) -> String {
+/// The message for a coordinate that no scan and no CAD has; `own` is the number of the file, as far as it is known.
+fn too_far(value_mm: f64, own: f64) -> String {
     // In powers of ten where the digits would fill lines.
-    let told = if value_mm.abs() < 1e12 { format!("{value_mm}") } else { format!("{value_mm:.6e}") };
-    format!("coordinate {told} mm, expected at most {LARGEST_COORDINATE_MM:.0} mm: not a plausible part")
+    let short = |value: f64| if value.abs() < 1e12 { format!("{value}") } else { format!("{value:.6e}") };
+    let told = short(value_mm);
+    if (own / value_mm - 1.0).abs() < 1e-9 {
+        return format!("coordinate {told} mm, expected at most {LARGEST_COORDINATE_MM:.0} mm: not a plausible part");
+    }
+    let own = short(own);
+    format!("coordinate {own} is {told} mm, expected at most {LARGEST_COORDINATE_MM:.0} mm: not a plausible part")
 }
 
 /// What to do about [`too_far`].
-const TOO_FAR_HELP: &str =
-    "check the unit of the file (in a plan [scans] unit or [cad] unit), and whether the file is damaged";
+const TOO_FAR_HELP: &str = "check the unit of the file ([scans] unit or [cad] unit of a plan, `unit` of a merge), and whether the file is damaged";

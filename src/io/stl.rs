@@ -110,7 +110,7 @@ pub fn cad_vertex(xyz: [f64; 3], mm_per_unit: f64) -> Result<Point3, Diagnostic>
             .with_help("the CAD is damaged; export it again"));
     }
     if let Some(x) = mm.iter().find(|x| x.abs() > LARGEST_COORDINATE_MM) {
-        return Err(Diagnostic::error(too_far(*x)).with_help(TOO_FAR_HELP));
+        return Err(Diagnostic::error(too_far(*x, *x)).with_help(TOO_FAR_HELP));
     }
     Ok(Point3::from(mm))
 }

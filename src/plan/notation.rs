@@ -118,6 +118,9 @@ fn in_words(line: &str, value: &str, error: &ParseError) -> (String, String) {
     }
     if line.starts_with('[') && value.is_empty() {
         let message = format!("found {}, expected a table name in brackets", shown(line));
+        if !line.contains(']') {
+            return told(message, "close the bracket that the line opens");
+        }
         return told(message, "write [part] for a table, [[feature]] for one of several");
     }
     if !line.contains('=') && !line.is_empty() && value.is_empty() {

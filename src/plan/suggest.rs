@@ -1,7 +1,7 @@
 //! The nearest known name for a misspelt one.
 
 /// Words people use for our keys; the right side stands where it is known.
-const SYNONYMS: [(&str, &str); 30] = [
+const SYNONYMS: [(&str, &str); 32] = [
     ("millimetre", "mm"),
     ("millimeter", "mm"),
     ("centimetre", "cm"),
@@ -12,6 +12,8 @@ const SYNONYMS: [(&str, &str); 30] = [
     ("micron", "um"),
     ("micrometre", "um"),
     ("micrometer", "um"),
+    ("\u{b5}m", "um"),
+    ("\u{3bc}m", "um"),
     ("center", "centre"),
     ("center", "position"),
     ("centre", "position"),

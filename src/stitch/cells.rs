@@ -15,7 +15,7 @@ const AXIS_CELLS: f64 = (1_u64 << AXIS_BITS) as f64 - 2.0;
 /// The points' box has too many cells along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "the points reach over {extent}, more than two million times the distance of {cell} within which they are merged"
+    "the points reach over {extent:.4}, more than two million times the distance of {cell:.3e} within which they are merged"
 )]
 pub struct TooManyCells {
     /// Longest side of the box.

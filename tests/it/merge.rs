@@ -417,7 +417,7 @@ fn files_that_cannot_be_written_are_told_before_anything_is_read() {
     for (out, words) in [("none/merged.ply", "the folder does not exist"), ("taken.ply", "a folder has this name")] {
         views.run(&["--out", out]).assert_ended(2, &[words, "--out"]);
     }
-    views.settings("[output]\nfile = \"m.json\"\n");
+    views.settings("[output]\nfile = \"m.ply\"\nreport = \"m.ply\"\n");
     views.run(&[]).assert_ended(2, &["would be one file"]);
     assert!(Path::new(&views.path("views.json")).exists());
 }

@@ -2,9 +2,9 @@
 
 use super::model::*;
 use super::{ViewsOf, quality, schema};
-use crate::geometry::Point3;
+use crate::geometry::{LengthUnit, Point3};
 use crate::plan::CadSettings;
-use crate::plan::reader::{Entry, NumberRule, TableReader};
+use crate::plan::reader::{Entry, NumberRule, TableReader, quoted};
 use crate::plan::sections::{cad, scan_pattern};
 use crate::plan::suggest::list_or;
 use crate::plan::values::{UNITS, location, triple};
@@ -59,7 +59,7 @@ pub(super) fn root(
     let folder = path.parent().unwrap_or(Path::new(""));
     schema(&root);
     let unit = root.required("unit", "the unit of the views and of every length here", "write unit = \"um\"");
-    let unit = unit.and_then(|entry| entry.choice(&UNITS));
+    let unit = unit.and_then(unit_of);
     let views = views_and_cad(&root, folder);
     let masks = root.section("mask").map_or(Some(Vec::new()), quality::masks);
     let calibration = root.section("calibration");
@@ -95,6 +95,14 @@ pub(super) fn root(
         features: (features.len() == named).then_some(features)?,
         output: output?,
     })
+}
+
+/// A unit; what people write who have the letter for a micrometre is taken too, the sign as well as the Greek letter.
+fn unit_of(entry: Entry<'_>) -> Option<LengthUnit> {
+    match entry.text()? {
+        "\u{b5}m" | "\u{3bc}m" => Some(LengthUnit::Um),
+        _ => entry.choice(&UNITS),
+    }
 }
 
 fn place_of(file: &str, folder: &Path, line: usize) -> NamedFile {
@@ -211,8 +219,14 @@ fn output(table: Option<TableReader<'_>>, folder: &Path) -> Option<MergeOutput> 
         return Some(MergeOutput { file, report: None, report_pdf: None, compare_with: None });
     };
     let line = table.line();
-    let file =
-        named_file(table.optional("file"), folder).map(|file| file.unwrap_or_else(|| place_of(MERGED, folder, line)));
+    let file_entry = table.optional("file");
+    let file = named_file(file_entry, folder).map(|file| file.unwrap_or_else(|| place_of(MERGED, folder, line)));
+    if let (Some(entry), Some(file)) = (file_entry, &file)
+        && !file.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ply"))
+    {
+        let words = format!("found {}, expected a name that ends with .ply", quoted(&file.file));
+        entry.wrong(words, "the merged cloud is written as PLY: write file = \"merged.ply\"");
+    }
     let report = named_file(table.optional("report"), folder);
     let report_pdf = named_file(table.optional("report_pdf"), folder);
     let compare_entry = table.optional("compare_with");

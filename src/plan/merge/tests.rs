@@ -239,6 +239,20 @@ fn load_looks_for_the_files_that_are_needed() {
     assert!(load(&path, ViewsOf::OwnFolder).problems[0].message.contains("at most 1048576 bytes"));
 }
 
+#[test]
+fn a_micrometre_is_taken_in_either_letter_and_a_cloud_ends_with_ply() {
+    for unit in ["um", "\u{b5}m", "\u{3bc}m"] {
+        let text = format!("schema = 1\nunit = \"{unit}\"\n[output]\nfile = \"Tool.PLY\"\n");
+        let plan = parse(text.as_bytes(), Path::new("merge.toml")).plan.unwrap();
+        assert_eq!((plan.unit, plan.unit.key()), (LengthUnit::Um, "um"));
+    }
+    let told = parse(b"schema = 1\nunit = \"nm\"\n[output]\nfile = \"merged.stl\"\n", Path::new("merge.toml"));
+    assert!(words(&told.problems).contains("found \"merged.stl\", expected a name that ends with .ply"));
+    assert!(told.plan.is_none() && words(&told.problems).contains("merge.toml:4"), "{}", words(&told.problems));
+    let open = parse(b"schema = 1\nunit = \"um\"\n[merge\nradius = 3.0\n", Path::new("merge.toml"));
+    assert!(words(&open.problems).contains("close the bracket that the line opens"), "{}", words(&open.problems));
+}
+
 /// Cuts, flips and swaps: whatever comes, there is an answer, and no settings with an error.
 #[test]
 fn a_thousand_broken_files_get_an_answer() {
