@@ -7,7 +7,7 @@ use crate::report::pdf::merge::FeatureRow;
 use crate::run::{RunContext, Stage};
 use crate::stitch::feature::FeatureFit;
 use crate::stitch::wear::Wear;
-use crate::stitch::{MergeResult, StitchError, ViewEnd, ViewFile};
+use crate::stitch::{MergeResult, PointCounts, StitchError, ViewEnd, ViewFile};
 use crate::worker::StopSwitch;
 use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
 use clap::Args;
@@ -21,7 +21,8 @@ use std::sync::Mutex;
 Each view is read, masked and cleaned by itself; then all are registered and merged: of points that lie within d_s of each other the best one
 stays. Writes the cloud (PLY with the metrics of each point and its view) and a report beside it (JSON). docs/merge.md tells every key.
 
-Prints a line a view, parted by tabs: file, `merged` or `left out`, then points read, masked, kept and in the cloud, or the reason.
+Prints a line a view, parted by tabs: file, `merged` or `left out`, then points read, invalid, masked, noise and averaged (each but masked only
+where there are some), kept (what is left of those read) and in the cloud, or the reason.
 
 Points that memory has no room for are put away in a folder beside the cloud (merged.ply.unfinished) until it is written; the cloud is the same. A
 merge stopped by Ctrl-C leaves that folder, and the same command goes on with it.
@@ -170,10 +171,21 @@ fn view_line(result: &MergeResult, view: &ViewFile, points_out: usize) -> String
         ViewEnd::Ready(k) => result.placed.counts.get(k),
         ViewEnd::Unusable(_) => None,
     };
-    let counts = counts.map_or_else(String::new, |c| {
-        format!("\t{} read\t{} masked\t{} kept", c.points_read, c.points_masked, c.points_kept)
-    });
+    let counts = counts.map_or_else(String::new, counts_line);
     format!("{name}\tmerged{counts}\t{points_out} in the cloud")
+}
+
+/// Points read, what became of those that are not merged, where there are any, and the others: read is the sum of the rest.
+fn counts_line(counts: &PointCounts) -> String {
+    let lost = [
+        (counts.points_invalid, "invalid"),
+        (counts.points_masked, "masked"),
+        (counts.points_noise, "noise"),
+        (counts.points_averaged, "averaged"),
+    ];
+    let lost = lost.into_iter().filter(|(count, word)| *count > 0 || *word == "masked");
+    let lost: String = lost.map(|(count, word)| format!("\t{count} {word}")).collect();
+    format!("\t{} read{lost}\t{} kept", counts.points_read, counts.points_kept)
 }
 
 /// Steps of the bar after the views: registering, merging, writing, each about as long as some views.

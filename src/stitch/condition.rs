@@ -6,7 +6,7 @@ use super::metric::Metric;
 use super::noise::{grid_average, statistical_inliers};
 use super::{Mask, StitchError, View, mask};
 use crate::diagnostic::Diagnostic;
-use crate::plan::merge::MergePlan;
+use crate::plan::merge::{Judge, MergePlan};
 use crate::run::RunContext;
 use serde::Serialize;
 
@@ -27,6 +27,8 @@ pub struct PointCounts {
     pub points_averaged: usize,
     /// What is left for registration and merging.
     pub points_kept: usize,
+    /// Of these, without a number of a metric that decides which point stays: worse than any that has one.
+    pub points_unjudged: usize,
 }
 
 /// A view that is ready.
@@ -63,8 +65,15 @@ pub fn condition(
         points_noise,
         points_averaged,
         points_kept,
+        points_unjudged: unjudged(plan, &view),
     };
     Ok(Conditioned { view, counts })
+}
+
+fn unjudged(plan: &MergePlan, view: &View) -> usize {
+    let Judge::Metrics(metrics) = &plan.merge.judge.value else { return 0 };
+    let columns: Vec<&Vec<f32>> = metrics.iter().filter_map(|metric| view.columns.get(metric)).collect();
+    (0..view.positions.len()).filter(|k| columns.iter().any(|column| column[*k].is_nan())).count()
 }
 
 type MaskedBy = std::collections::BTreeMap<&'static str, usize>;

@@ -19,7 +19,7 @@ pub struct Measured {
     pub points_invalid: usize,
 }
 
-/// A view of the points of a file. Names of columns are taken in either case of letters.
+/// A view of the points of a file. Names of columns are taken in either case of letters. A value that is infinite is none: no number.
 ///
 /// # Errors
 /// Rows or columns of pixels that are no whole numbers, or nothing but points without a place.
@@ -33,7 +33,9 @@ pub fn measured(mut cloud: PointCloud, name: &str, sensor: Point3) -> Result<Mea
     let points_invalid = cloud.skipped_invalid + dropped;
     let mut columns = BTreeMap::new();
     let (mut background, mut rows, mut cols) = (None, None, None);
-    for (name, values) in cloud.scalars {
+    for (name, mut values) in cloud.scalars {
+        // A division by nothing measures nothing.
+        values.iter_mut().filter(|value| value.is_infinite()).for_each(|value| *value = f32::NAN);
         let key = name.to_ascii_lowercase();
         match key.as_str() {
             "a" => background = Some(values),
@@ -121,6 +123,14 @@ mod tests {
         // A single point may lie there.
         let single = measured(cloud(&[], &places[..2]), "v", Point3::origin()).unwrap();
         assert_eq!((single.points_invalid, single.view.pixels), (5, None));
+    }
+
+    #[test]
+    fn what_is_infinite_is_not_measured() {
+        let columns: [(&str, &[f32]); 2] = [("b", &[f32::INFINITY, 1.0]), ("a", &[2.0, f32::NEG_INFINITY])];
+        let found = measured(cloud(&columns, &[[1.0; 3], [2.0; 3]]), "v", Point3::origin()).unwrap();
+        let (a, b) = (found.background.unwrap(), &found.view.columns[&Metric::Strength]);
+        assert!(b[0].is_nan() && b[1] == 1.0 && a[0] == 2.0 && a[1].is_nan());
     }
 
     #[test]

@@ -37,4 +37,18 @@ mod tests {
         assert_eq!((keep, left_out), (vec![true, false, false, false, false], vec![2, 2]));
         assert_eq!(kept(2, &[], column).0, [true, true]);
     }
+
+    /// A bound that a column can hold only rounded keeps the points that have just that value; without bounds what is infinite is none.
+    #[test]
+    fn bounds_are_those_that_a_column_can_hold() {
+        let mask = |min, max| Mask { metric: Metric::CalibrationDistance, min, max };
+        for value in [0.1_f64, 0.3, 1.0 / 3.0, -0.7, 1e-20, 16_777_217.0] {
+            assert!(mask(value, value).keeps(value as f32), "{value}");
+        }
+        let next = |value: f32, step: i32| f32::from_bits(value.to_bits().wrapping_add_signed(step));
+        assert!(!mask(f64::NEG_INFINITY, 0.1).keeps(next(0.1, 1)) && !mask(0.1, f64::INFINITY).keeps(next(0.1, -1)));
+        let open = mask(f64::NEG_INFINITY, f64::INFINITY);
+        assert!(open.keeps(f32::MAX) && !open.keeps(f32::INFINITY) && !open.keeps(f32::NEG_INFINITY));
+        assert!(mask(0.0, 1e300).keeps(f32::MAX));
+    }
 }

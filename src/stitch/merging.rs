@@ -9,7 +9,7 @@ use super::noise::mean_of_numbers;
 use super::place::PlacedViews;
 use super::shelf::Shelf;
 use super::units::{check_radius, feature_warnings};
-use super::{StitchError, View, voxel};
+use super::{PointCounts, StitchError, View, voxel};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Isometry3, Point3};
 use crate::plan::merge::{Judge, MergePlan, MergeRadius};
@@ -84,7 +84,7 @@ pub fn merge(plan: &MergePlan, placed: &PlacedViews, run: &RunContext) -> Result
         Judge::Metrics(metrics) => by_quality(plan, placed, metrics, d_s, run)?,
         Judge::Mean => by_mean(plan, placed, &together(placed), d_s)?,
     };
-    merged.warnings = feature_warnings(plan, placed.size);
+    merged.warnings = warnings(plan, placed);
     Ok(merged)
 }
 
@@ -128,7 +128,7 @@ pub fn merge_from(
             merged.take(shelf.view(*place)?.as_ref(), pose, number, own.iter().map(|k| *k as usize - first));
         }
     }
-    merged.warnings = feature_warnings(plan, placed.size);
+    merged.warnings = warnings(plan, placed);
     Ok(merged)
 }
 
@@ -154,6 +154,18 @@ fn sums_from(
     Ok(by_part(&rank_sum(&columns), of.iter().map(|(_, _, count)| *count)))
 }
 
+/// What people should know of what decided, and of the features.
+fn warnings(plan: &MergePlan, placed: &PlacedViews) -> Vec<String> {
+    let sum = |count: fn(&PointCounts) -> usize| placed.merged().map(|(k, ..)| count(&placed.counts[k])).sum();
+    let (without, of): (usize, usize) = (sum(|counts| counts.points_unjudged), sum(|counts| counts.points_kept));
+    let judge = match &plan.merge.judge.value {
+        Judge::Metrics(metrics) => metrics.iter().map(|metric| metric.key()).collect::<Vec<_>>().join(" + "),
+        Judge::Mean => String::new(),
+    };
+    let words = || format!("{without} of {of} points have no {judge}: each stays only where no point that has is near");
+    (without > 0).then(words).into_iter().chain(feature_warnings(plan, placed.size)).collect()
+}
+
 fn all_at_once(plan: &MergePlan) -> Diagnostic {
     let message = "[merge] metric: \"mean\" needs all points in memory at once, which the limit does not allow";
     let help = "raise --memory-limit, ask for [density], or take a metric as the judge";
@@ -161,8 +173,12 @@ fn all_at_once(plan: &MergePlan) -> Diagnostic {
 }
 
 fn no_room(plan: &MergePlan, most: usize) -> Diagnostic {
-    let message = format!("[merge] radius: more than {most} points survive, for which the memory limit has no room");
-    let help = "raise --memory-limit, take a larger radius, ask for [density], or merge the views in parts";
+    let key = match plan.merge.radius.value {
+        MergeRadius::Grid(_) => "radius_grid",
+        MergeRadius::Length(_) => "radius",
+    };
+    let message = format!("[merge] {key}: more than {most} points survive, for which the memory limit has no room");
+    let help = "raise --memory-limit, take a larger radius, or ask for [density]";
     Diagnostic::error(message).in_file(&plan.path).at_line(plan.merge.radius.line).with_help(help)
 }
 
@@ -181,7 +197,7 @@ pub(super) fn check_count(points: usize) -> Result<(), StitchError> {
         return Ok(());
     }
     let message = format!("found {points} points, expected 4294967295 at most");
-    Err(Diagnostic::error(message).with_help("ask for [density], or merge in parts").into())
+    Err(Diagnostic::error(message).with_help("ask for [density], or leave views out").into())
 }
 
 fn by_quality(

@@ -4,7 +4,8 @@ pub use crate::plan::merge::{Better, Metric};
 
 /// b / a: signal attenuation, by which sharp images are told from blurred ones. Where there is no background there is no number.
 pub fn attenuation(a: f32, b: f32) -> f32 {
-    if a > 0.0 { b / a } else { f32::NAN }
+    let ratio = b / a;
+    if a > 0.0 && ratio.is_finite() { ratio } else { f32::NAN }
 }
 
 /// Standard deviation of a pixel's intensities over a sequence (the whole sequence is known: divided by its length).
@@ -44,6 +45,7 @@ mod tests {
     #[test]
     fn without_background_there_is_no_attenuation() {
         assert!(attenuation(0.0, 1.0).is_nan() && attenuation(4.0, 1.0) == 0.25);
+        assert!(attenuation(1e-40, 1.0).is_nan());
     }
 
     /// By b the places are 2, 0.5, 0.5, 3, by d_cal (smaller is better) 1, 3, 2, 0: no number is worst.

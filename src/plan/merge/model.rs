@@ -17,9 +17,9 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// Whether a value is within bounds.
+    /// Whether a value is within bounds, which are held against it as the float that a column would hold: 0.1 keeps 0.1.
     pub fn keeps(&self, value: f32) -> bool {
-        (self.min..=self.max).contains(&f64::from(value))
+        value.is_finite() && (self.min as f32..=self.max as f32).contains(&value)
     }
 }
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// What every such file begins with; the number changes with the layout.
-const MAGIC: &[u8] = b"shapeline-view-1\n";
+const MAGIC: &[u8] = b"shapeline-view-2\n";
 /// Letters of a SHA-256, which end the file.
 const HASH: usize = 64;
 
@@ -32,6 +32,7 @@ struct Header {
     masked_by: Vec<(String, usize)>,
     noise: usize,
     averaged: usize,
+    unjudged: usize,
     size: f64,
     middle: Option<[f64; 3]>,
     d_grid: Option<f64>,
@@ -120,6 +121,7 @@ fn header(of: Origin, ready: &Ready, facts: &ViewFacts) -> Header {
         masked_by: counts.masked_by.iter().map(|(key, count)| ((*key).to_owned(), *count)).collect(),
         noise: counts.points_noise,
         averaged: counts.points_averaged,
+        unjudged: counts.points_unjudged,
         size: facts.size,
         middle: facts.middle.map(|p| p.coords.into()),
         d_grid: facts.d_grid,
@@ -179,6 +181,7 @@ impl Stored {
             points_noise: header.noise,
             points_averaged: header.averaged,
             points_kept: header.points,
+            points_unjudged: header.unjudged,
         };
         let start = match &header.start {
             Start::At { rotation, translation } => {
