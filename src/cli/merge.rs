@@ -27,7 +27,8 @@ where there are some), kept (what is left of those read) and in the cloud, or th
 Points that memory has no room for are put away in a folder beside the cloud (merged.ply.unfinished) until it is written; the cloud is the same. A
 merge stopped by Ctrl-C leaves that folder, and the same command goes on with it.
 
-Exit status: 0 every view is in the cloud; 1 a view was left out; 2 nothing could be merged; 130 stopped by Ctrl-C.
+Exit status: 0 every view is in the cloud; 1 a view was left out, or the wear that was asked for is not told; 2 nothing could be merged; 130
+stopped by Ctrl-C.
 
 Examples:
   shapeline merge tool/merge.toml
@@ -124,6 +125,8 @@ fn tell(job: &MergeJob, manner: Manner) -> Exit {
     extras.features.iter().for_each(|row| terminal::line(feature_line(row, unit)));
     if let Some(wear) = &extras.wear {
         terminal::line(wear_line(wear, unit));
+    } else if let Some(why) = &extras.not_compared {
+        terminal::line(format!("wear\tnot told\t{}", crate::report::words::clean(why)));
     }
     if !manner.quiet {
         for warning in result.placed.warnings.iter().chain(&result.merged.warnings) {
@@ -133,7 +136,8 @@ fn tell(job: &MergeJob, manner: Manner) -> Exit {
             terminal::note(format!("written: {}", file.display()));
         }
     }
-    if result.left_out().next().is_some() { Exit::NotGood } else { Exit::Good }
+    let is_whole = result.left_out().next().is_none() && extras.not_compared.is_none();
+    if is_whole { Exit::Good } else { Exit::NotGood }
 }
 
 /// A feature before and after, in one line.

@@ -11,22 +11,6 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     Staged::try_new(path, bytes)?.put()
 }
 
-/// The same of what `print` writes, for what need not stand in memory as a whole. What `print` fails with is told like a disk's fault.
-///
-/// # Errors
-/// Those of [`write()`].
-pub fn write_with(
-    path: &Path,
-    print: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> io::Result<()>,
-) -> Result<(), Diagnostic> {
-    let file = stage_with(path, |file| {
-        let mut out = BufWriter::with_capacity(1 << 20, file);
-        print(&mut out)?;
-        out.flush()
-    });
-    Staged { path, file: file.map_err(|error| in_words(path, &error))? }.put()
-}
-
 /// A file whose bytes are on the disk under a name of their own. Dropped, it leaves nothing behind.
 #[derive(Debug)]
 pub struct Staged<'a> {
@@ -39,6 +23,22 @@ impl<'a> Staged<'a> {
     pub fn try_new(path: &'a Path, bytes: &[u8]) -> Result<Self, Diagnostic> {
         let file = stage(path, bytes).map_err(|error| in_words(path, &error))?;
         Ok(Self { path, file })
+    }
+
+    /// The same of what `print` writes, for what need not stand in memory as a whole. What that fails with is told like a disk's fault.
+    ///
+    /// # Errors
+    /// Those of [`write()`].
+    pub fn try_with(
+        path: &'a Path,
+        print: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> io::Result<()>,
+    ) -> Result<Self, Diagnostic> {
+        let file = stage_with(path, |file| {
+            let mut out = BufWriter::with_capacity(1 << 20, file);
+            print(&mut out)?;
+            out.flush()
+        });
+        Ok(Self { path, file: file.map_err(|error| in_words(path, &error))? })
     }
 
     /// Puts the file in its place.

@@ -37,7 +37,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     features: Vec<FeatureJson<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    wear: Option<WearJson<'a>>,
+    wear: Option<ComparedJson<'a>>,
     warnings: Vec<&'a str>,
 }
 
@@ -65,6 +65,13 @@ enum FitJson<'a> {
     Not {
         reason: &'a str,
     },
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum ComparedJson<'a> {
+    Told(WearJson<'a>),
+    Not { compare_with: &'a str, reason: &'a str },
 }
 
 /// The difference to an earlier cloud; uncertainties are standard ones.
@@ -229,7 +236,7 @@ pub fn merge_json(plan: &MergePlan, result: &MergeResult, extras: &MergeExtras) 
         views: result.files.iter().enumerate().map(|(k, view)| view_json(result, k, view, points_out[k])).collect(),
         registration: result.placed.registration.as_ref().map(|found| registration_json(found, &result.placed.indices)),
         features: extras.features.iter().map(feature_json).collect(),
-        wear: extras.wear.as_ref().map(|wear| wear_json(plan, wear)),
+        wear: compared_json(plan, extras),
         warnings: result.placed.warnings.iter().chain(&result.merged.warnings).map(String::as_str).collect(),
     };
     let mut bytes = Vec::new();
@@ -260,6 +267,15 @@ fn feature_json(row: &FeatureRow) -> FeatureJson<'_> {
         radius_u: row.certified.map(|c| c.1),
         before: fit(&row.before, certified),
         after: fit(&row.after, certified),
+    }
+}
+
+fn compared_json<'a>(plan: &'a MergePlan, extras: &'a MergeExtras) -> Option<ComparedJson<'a>> {
+    let compare_with = plan.output.compare_with.as_ref().map_or("", |old| old.file.as_str());
+    match (&extras.wear, &extras.not_compared) {
+        (Some(wear), _) => Some(ComparedJson::Told(wear_json(plan, wear))),
+        (None, Some(reason)) => Some(ComparedJson::Not { compare_with, reason }),
+        (None, None) => None,
     }
 }
 

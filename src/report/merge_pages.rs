@@ -18,6 +18,8 @@ pub struct MergeExtras {
     pub features: Vec<FeatureRow>,
     /// The difference to the earlier cloud.
     pub wear: Option<Wear>,
+    /// Why there is none, where it was asked for.
+    pub not_compared: Option<String>,
 }
 
 /// The PDF report; `eye` is the side from which the cloud is drawn.

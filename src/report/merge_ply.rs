@@ -28,6 +28,24 @@ pub fn merge_ply(
     write_ply_points(&mut Stoppable { out, run }, &merged.positions, unit, &properties)
 }
 
+/// The unit of a cloud that [`merge_ply`] has written, by the first bytes of its file; nothing of any other file.
+pub fn merged_unit(start: &[u8]) -> Option<LengthUnit> {
+    let start = &start[..start.len().min(MOST_HEADER)];
+    let end = start.windows(END.len()).position(|bytes| bytes == END)?;
+    let header = std::str::from_utf8(&start[..end]).ok()?;
+    let mut lines = header.lines();
+    let is_ply = lines.next() == Some("ply") && lines.next() == Some("format binary_little_endian 1.0");
+    let key = lines.next()?.strip_prefix("comment lengths in ")?;
+    let is_merged =
+        lines.clone().any(|line| line == "property double x") && lines.next_back() == Some("property int view");
+    const UNITS: [LengthUnit; 5] = [LengthUnit::Mm, LengthUnit::Cm, LengthUnit::M, LengthUnit::Inch, LengthUnit::Um];
+    UNITS.into_iter().find(|unit| unit.key() == key).filter(|_| is_ply && is_merged)
+}
+
+const END: &[u8] = b"end_header\n";
+/// A header of ours with every metric is about a tenth of it.
+const MOST_HEADER: usize = 4096;
+
 /// Takes bytes until the job is stopped.
 struct Stoppable<'a, W> {
     out: &'a mut W,
@@ -42,5 +60,33 @@ impl<W: Write> Write for Stoppable<'_, W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point3;
+    use crate::stitch::Metric;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn a_merged_cloud_is_known_by_its_header() {
+        let merged = Merged {
+            positions: vec![Point3::origin()],
+            columns: BTreeMap::from([(Metric::CalibrationDistance, vec![1.0])]),
+            view: vec![3],
+            d_s: 1.0,
+            points_in: 1,
+            warnings: Vec::new(),
+        };
+        let mut bytes = Vec::new();
+        merge_ply(&mut bytes, &merged, None, LengthUnit::Inch, &RunContext::silent()).unwrap();
+        assert_eq!(merged_unit(&bytes), Some(LengthUnit::Inch));
+        assert_eq!(merged_unit(&bytes[..60]), None);
+        // A view of this program's: nothing of where its points come from.
+        let mut view = Vec::new();
+        write_ply_points(&mut view, &merged.positions, LengthUnit::Inch, &[("d_cal", Numbers::Float(&[1.0]))]).unwrap();
+        assert_eq!(merged_unit(&view), None);
     }
 }

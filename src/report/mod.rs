@@ -33,6 +33,6 @@ pub use foretold::foretold;
 pub use json::json;
 pub use merge_json::{MERGE_SCHEMA, merge_json};
 pub use merge_pages::{MergeExtras, merge_pages};
-pub use merge_ply::merge_ply;
+pub use merge_ply::{merge_ply, merged_unit};
 pub use pdf::{MapScene, pdf};
 pub use ply::ply;

@@ -32,6 +32,7 @@ pub(super) struct Away {
     /// How many of them an earlier run has left.
     pub found: usize,
     begun: bool,
+    complete: bool,
 }
 
 /// The views that were put away, one at a time.
@@ -53,12 +54,22 @@ impl Away {
         name.push(".unfinished");
         let folder = cloud.with_file_name(name);
         let (settings, stored) = (String::new(), Vec::new());
-        Self { folder, limit, settings, stored, ranked: 0, in_memory: 0, found: 0, begun: false }
+        Self { folder, limit, settings, stored, ranked: 0, in_memory: 0, found: 0, begun: false, complete: false }
     }
 
     /// Whether views are put away.
     pub fn is_begun(&self) -> bool {
         self.begun
+    }
+
+    /// Whether every view that can be used is put away.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// Says that no view comes after those that are here.
+    pub fn set_complete(&mut self) {
+        self.complete = self.begun;
     }
 
     pub fn folder(&self) -> &Path {
@@ -173,7 +184,7 @@ impl Away {
                 told(least),
                 told(self.limit)
             );
-            let help = "raise --memory-limit, use fewer --threads, tighten [mask], or ask for [density]";
+            let help = "raise --memory-limit, by more than that as each point that stays takes room too; or use fewer --threads, tighten [mask], ask for [density]";
             return Err(Diagnostic::error(message).in_file(&plan.path).with_help(help).into());
         };
         let half = |each: u64| usize::try_from(LEAST + rest / 2 / each).unwrap_or(usize::MAX);

@@ -6,8 +6,9 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point3;
 use crate::io;
 use crate::plan::merge::{Judge, MergePlan, Metric, NamedFile};
+use crate::report::merged_unit;
 use crate::report::pdf::merge::FeatureRow;
-use crate::run::RunContext;
+use crate::run::{Cancelled, RunContext};
 use crate::stitch::feature::fit_feature;
 use crate::stitch::merging::together;
 use crate::stitch::wear::{NewCloud, OldCloud, Wear, WearError, compare};
@@ -55,12 +56,48 @@ fn before(result: &MergeResult, away: &Away, run: &RunContext) -> Result<Result<
     Ok(Ok(positions))
 }
 
-/// The difference to the earlier cloud that the settings name.
+/// Looks at the earlier cloud before anything is merged: whether it can be compared with at all.
 ///
 /// # Errors
-/// The earlier cloud cannot be read or compared, or the job was stopped.
-pub(super) fn wear(plan: &MergePlan, result: &MergeResult, run: &RunContext) -> Result<Option<Wear>, StitchError> {
+/// It is no cloud, or in another unit; or the job was stopped.
+pub(super) fn check_earlier(plan: &MergePlan, run: &RunContext) -> Result<(), StitchError> {
+    let Some(named) = &plan.output.compare_with else { return Ok(()) };
+    let bytes = io::read_file_while(&named.path, run)?;
+    if let Some(unit) = merged_unit(&bytes).filter(|unit| *unit != plan.unit) {
+        let (found, expected) = (unit.key(), plan.unit.key());
+        let message = format!("[output] compare_with: lengths of {} are in {found}, expected {expected}", named.file);
+        return Err(Diagnostic::error(message).in_file(&plan.path).at_line(named.line).with_help(COMPARABLE).into());
+    }
+    io::read_cloud_in_its_unit(&bytes, &named.path, plan.unit, run)?;
+    Ok(())
+}
+
+/// The difference to the earlier cloud that the settings name, or why it is not known.
+///
+/// # Errors
+/// The job was stopped.
+pub(super) fn wear(
+    plan: &MergePlan,
+    result: &MergeResult,
+    run: &RunContext,
+) -> Result<Option<Result<Wear, String>>, Cancelled> {
     let Some(named) = &plan.output.compare_with else { return Ok(None) };
+    match wear_since(plan, named, result, run) {
+        Ok(wear) => Ok(Some(Ok(wear))),
+        Err(StitchError::Cancelled(cancelled)) => Err(cancelled),
+        Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => {
+            let help = fault.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
+            Ok(Some(Err(format!("{}{help}", fault.message))))
+        }
+    }
+}
+
+fn wear_since(
+    plan: &MergePlan,
+    named: &NamedFile,
+    result: &MergeResult,
+    run: &RunContext,
+) -> Result<Wear, StitchError> {
     let bytes = io::read_file_while(&named.path, run)?;
     let cloud = io::read_cloud_in_its_unit(&bytes, &named.path, plan.unit, run)?;
     let metric = match &plan.merge.judge.value {
@@ -81,17 +118,17 @@ pub(super) fn wear(plan: &MergePlan, result: &MergeResult, run: &RunContext) -> 
     };
     let old = OldCloud { positions: &cloud.positions, badness: old_badness.as_deref() };
     match compare(&new, &old, run) {
-        Ok(wear) => Ok(Some(wear)),
+        Ok(wear) => Ok(wear),
         Err(WearError::Cancelled(cancelled)) => Err(cancelled.into()),
-        Err(fault) => Err(not_comparable(plan, named, &fault).into()),
+        Err(fault) => Err(not_comparable(named, &fault).into()),
     }
 }
 
-fn not_comparable(plan: &MergePlan, named: &NamedFile, fault: &WearError) -> Diagnostic {
-    let message = format!("[output] compare_with: {}: {fault}", name_of(&named.path));
-    let help = "the earlier cloud must be of the same tool, in the same unit and merged from poses in the same frame; or leave compare_with out";
-    Diagnostic::error(message).in_file(&plan.path).at_line(named.line).with_help(help)
+fn not_comparable(named: &NamedFile, fault: &WearError) -> Diagnostic {
+    Diagnostic::error(format!("[output] compare_with: {}: {fault}", name_of(&named.path))).with_help(COMPARABLE)
 }
+
+const COMPARABLE: &str = "the earlier cloud must be of the same tool, in the same unit and merged from poses in the same frame; or leave compare_with out";
 
 /// Where the sensors of the placed views stood, world frame, and of each merged point the one that saw it; means over several take the
 /// first.

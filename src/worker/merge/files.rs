@@ -3,16 +3,39 @@
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::io;
 use crate::plan::merge::MergePlan;
+use crate::report::{MERGE_SCHEMA, merged_unit};
 use crate::run::RunContext;
 use crate::stitch::{Measured, StitchError, measured};
 use crate::worker::scans::MATCHING;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The views of a folder in the natural order of their names (`view_2` before `view_10`), without the files that the merge writes.
+/// The files of a folder that the pattern of the settings names.
+#[derive(Debug, Default)]
+pub(super) struct Listed {
+    /// The views, in the natural order of their names (`view_2` before `view_10`).
+    pub views: Vec<PathBuf>,
+    /// Names of clouds that a merge has written before, which are no views. Those that are written again now are not named.
+    pub merged: Vec<String>,
+}
+
+impl Listed {
+    /// What people should know of files that are not taken for views.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        self.merged.iter().map(|name| format!("{name} is a cloud that a merge has written, no view: left out"))
+    }
+}
+
+/// The views of a folder, without the files that a merge has written; `outputs` are those of the merge that is to be.
 ///
 /// # Errors
 /// The folder cannot be read, or fewer than `least` (one or two) of its files match the pattern.
-pub(super) fn list_views(plan: &MergePlan, folder: &Path, least: usize) -> Result<Vec<PathBuf>, Diagnostic> {
+pub(super) fn list_views(
+    plan: &MergePlan,
+    folder: &Path,
+    outputs: &[&Path],
+    least: usize,
+) -> Result<Listed, Diagnostic> {
     let line = plan.views.folder.line;
     let in_plan = |message: String| Diagnostic::error(message).in_file(&plan.path).at_line(line);
     let pattern = glob::Pattern::new(&plan.views.pattern).map_err(|e| in_plan(format!("[views] pattern: {e}")))?;
@@ -20,50 +43,76 @@ pub(super) fn list_views(plan: &MergePlan, folder: &Path, least: usize) -> Resul
         let message = format!("[views] folder: {} cannot be read: {e}", folder.display());
         in_plan(message).with_help("check the folder's name, and that you may read it")
     })?;
-    let output = &plan.output;
-    let own = [Some(&output.file), output.report.as_ref(), output.compare_with.as_ref()];
-    let is_own = |path: &Path| {
-        own.iter().flatten().any(|file| file.path.file_name() == path.file_name() && same(&file.path, path))
-    };
-    let is_view = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        pattern.matches_with(&name, MATCHING)
-            && !name.to_ascii_lowercase().ends_with(".part")
-            && path.is_file()
-            && !is_own(path)
-    };
-    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_view).collect();
-    paths.sort_by_cached_key(|path| {
-        let name = name_of(path);
-        (natural(&name), name)
-    });
-    let found = match paths.len() {
-        0 => "no file",
-        found if found >= least => return Ok(paths),
-        _ => "one view only",
-    };
+    let outputs: Vec<PathBuf> = outputs.iter().map(|path| resolved(path)).collect();
+    let earlier = plan.output.compare_with.as_ref().map(|file| resolved(&file.path));
+    let mut listed = Listed::default();
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = name_of(&path);
+        let is_meant = pattern.matches_with(&name, MATCHING) && !name.to_ascii_lowercase().ends_with(".part");
+        if !is_meant || !path.is_file() || earlier.as_ref().is_some_and(|file| *file == resolved(&path)) {
+            continue;
+        }
+        match (written_by_merge(&path), outputs.contains(&resolved(&path))) {
+            (None, _) | (Some(Kind::Report), false) => listed.views.push(path),
+            (Some(Kind::Cloud), false) => listed.merged.push(name),
+            (Some(_), true) => {}
+        }
+    }
+    listed.views.sort_by_cached_key(|path| in_order(&name_of(path)));
+    listed.merged.sort_by_cached_key(|name| in_order(name));
+    if listed.views.len() >= least { Ok(listed) } else { Err(too_few(plan, folder, &listed, least)) }
+}
+
+fn too_few(plan: &MergePlan, folder: &Path, listed: &Listed, least: usize) -> Diagnostic {
     // Of a part's folder only the name: its report is the same wherever it lies.
     let own = &plan.views.folder;
     let shown = if folder == own.path { own.file.clone() } else { name_of(folder) };
+    let found = if listed.views.is_empty() { "no file" } else { "one view only" };
     let message = format!(
         "[views] pattern: found {found} in {shown} that matches \"{}\", expected {} or more views",
         plan.views.pattern,
         if least == 1 { "one" } else { "two" }
     );
-    let help = match paths.len() {
-        0 => {
-            "check folder and pattern: * stands for any letters, ? for one; letters have to be large or small as in the names"
-        }
-        _ => "check folder and pattern; a single cloud needs no merging and is inspected as it is",
+    let help = if !listed.merged.is_empty() {
+        "check folder and pattern; clouds that a merge has written lie there and are no views"
+    } else if listed.views.is_empty() {
+        "check folder and pattern: * stands for any letters, ? for one; letters have to be large or small as in the names"
+    } else {
+        "check folder and pattern; a single cloud needs no merging and is inspected as it is"
     };
-    Err(in_plan(message).with_help(help))
+    Diagnostic::error(message).in_file(&plan.path).at_line(own.line).with_help(help)
 }
 
-fn same(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
+/// What a merge writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Cloud,
+    Report,
+}
+
+/// Whether a merge has written a file, by its first bytes.
+fn written_by_merge(path: &Path) -> Option<Kind> {
+    let mut start = Vec::new();
+    std::fs::File::open(path).ok()?.take(4096).read_to_end(&mut start).ok()?;
+    if merged_unit(&start).is_some() {
+        return Some(Kind::Cloud);
     }
+    let text = String::from_utf8_lossy(&start[..start.len().min(200)]);
+    let is_report = text.starts_with("%PDF-") || (text.starts_with('{') && text.contains(MERGE_SCHEMA));
+    is_report.then_some(Kind::Report)
+}
+
+/// The one path of a file however it is named; of a file that is not there, what it would be.
+pub(super) fn resolved(path: &Path) -> PathBuf {
+    let in_folder = || {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    };
+    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_path_buf())
+}
+
+fn in_order(name: &str) -> (Vec<(String, u64)>, String) {
+    (natural(name), name.to_owned())
 }
 
 /// A file's name for people.
@@ -138,20 +187,40 @@ mod tests {
         assert!(natural("99999999999999999999999") > natural("5"));
     }
 
+    /// The header of a merged cloud without points.
+    const MERGED: &str = "ply\nformat binary_little_endian 1.0\ncomment lengths in um\nelement vertex 0\n\
+        property double x\nproperty double y\nproperty double z\nproperty float d_cal\nproperty int view\nend_header\n";
+
     #[test]
-    fn views_are_listed_without_what_the_merge_writes() {
+    fn views_are_listed_without_what_a_merge_has_written() {
         let folder = tempfile::tempdir().unwrap();
         let text = b"schema = 1\nunit = \"um\"\n[views]\nfolder = \".\"\n[output]\ncompare_with = \"old.ply\"\n";
         let plan = merge::parse(text, &folder.path().join("merge.toml")).plan.unwrap();
-        let told = list_views(&plan, folder.path(), 2).unwrap_err();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        let own = plan.output.file.path.clone();
+        let list = || list_views(&plan, folder.path(), &[&own], 2);
+        let told = list().unwrap_err();
         assert!(told.message.contains("no file") && told.line == Some(4), "{told}");
-        for name in ["v2.ply", "merged.ply", "old.ply", "v3.ply.part", "v.txt", ".v4.ply"] {
-            std::fs::write(folder.path().join(name), "x").unwrap();
-        }
-        assert!(list_views(&plan, folder.path(), 2).unwrap_err().message.contains("one view only"));
-        std::fs::write(folder.path().join("v10.ply"), "x").unwrap();
-        let names: Vec<String> = list_views(&plan, folder.path(), 2).unwrap().iter().map(|p| name_of(p)).collect();
-        assert_eq!(names, ["v2.ply", "v10.ply"]);
-        assert!(list_views(&plan, &folder.path().join("none"), 2).unwrap_err().message.contains("cannot be read"));
+        ["v2.ply", "old.ply", "v3.ply.part", "v.txt", ".v4.ply"].iter().for_each(|name| write(name, "x"));
+        write("merged.ply", MERGED);
+        assert!(list().unwrap_err().message.contains("one view only"));
+        ["v10.ply", "v9.ply"].iter().for_each(|name| write(name, "x"));
+        write("march.ply", MERGED);
+        let listed = list().unwrap();
+        assert_eq!(listed.views.iter().map(|p| name_of(p)).collect::<Vec<_>>(), ["v2.ply", "v9.ply", "v10.ply"]);
+        assert_eq!(listed.merged, ["march.ply"]);
+        // What lies where the cloud is to be and is none that a merge has written is a view, which must not be overwritten.
+        write("merged.ply", &MERGED.replace("int view", "int camera"));
+        assert_eq!(name_of(&list().unwrap().views[0]), "merged.ply");
+        assert!(list_views(&plan, &folder.path().join("none"), &[], 2).unwrap_err().message.contains("cannot be read"));
+    }
+
+    #[test]
+    fn a_file_has_one_path_however_it_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("a")).unwrap();
+        let same = |one: &str, other: &str| resolved(&folder.path().join(one)) == resolved(&folder.path().join(other));
+        assert!(same("./a/../new.ply", "new.ply") && same("a/./new.ply", "a/new.ply"));
+        assert!(!same("a/new.ply", "new.ply") && !same("none/new.ply", "new.ply"));
     }
 }

@@ -1,13 +1,16 @@
 //! `shapeline merge`: settings to files.
 
 use super::away::{Away, usual_limit};
+use super::files::{Listed, list_views};
+use super::outputs::{Outputs, check_apart, inputs, put_all};
 use super::{MergeEvent, Place, compare, merge_beside};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::plan::merge::{self, MergePlan, ViewsOf};
-use crate::report::{MergeExtras, atomic, merge_json, merge_pages, merge_ply};
+use crate::report::atomic::Staged;
+use crate::report::{MergeExtras, merge_json, merge_pages, merge_ply};
 use crate::run::{RunContext, Stage};
 use crate::stitch::{MergeResult, StitchError};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What to merge.
 #[derive(Debug, Clone, Default)]
@@ -56,23 +59,28 @@ pub fn merge_files(
     let any_error = loaded.problems.iter().any(|p| p.severity == Severity::Error);
     problems.extend(loaded.problems);
     let Some(plan) = loaded.plan.filter(|_| !any_error) else { return Err(None) };
-    let cloud = request.out.clone().unwrap_or_else(|| plan.output.file.path.clone());
-    let report = plan.output.report.as_ref().map_or_else(|| cloud.with_extension("json"), |file| file.path.clone());
-    let pdf = plan.output.report_pdf.as_ref().map(|file| file.path.clone());
-    check_outputs(&cloud, &report)?;
-    if let Some(pdf) = &pdf {
-        check_outputs(&cloud, pdf)?;
-    }
+    let outputs = Outputs::new(&plan, request.out.as_deref());
+    outputs.check().map_err(StitchError::from)?;
+    let listed = list_views(&plan, &plan.views.folder.path, &outputs.paths(), 2).map_err(StitchError::from)?;
+    check_apart(&outputs.called(), &inputs(&plan, &listed.views)).map_err(StitchError::from)?;
     let limit = request.memory_limit.or_else(usual_limit).unwrap_or(u64::MAX);
-    let mut away = Away::new(&cloud, limit);
+    let mut away = Away::new(&outputs.cloud, limit);
     let before = away.folder().is_dir();
-    let ended = make(plan, [cloud, report], pdf, &mut away, run, tell);
-    if let Err(StitchError::Cancelled(cancelled)) = ended {
-        if away.is_begun() {
-            let message = format!("stopped with {} views ready, which the same command goes on with", away.len());
+    let ended = make(plan, outputs, listed, &mut away, run, tell);
+    if let Err(error) = ended {
+        let was_stopped = matches!(error, StitchError::Cancelled(_));
+        // They took long to make, and whatever went wrong may be mended.
+        if was_stopped && away.is_begun() || away.is_complete() {
+            let message = if was_stopped {
+                format!("stopped with {} views ready, which the same command goes on with", away.len())
+            } else {
+                format!("{} views are ready, which the same command goes on with", away.len())
+            };
             problems.push(note(message, &away, "run it again, or delete the folder"));
+        } else if !was_stopped {
+            away.remove();
         }
-        return Err(Some(cancelled.into()));
+        return Err(Some(error));
     }
     if before && away.found > 0 {
         problems.push(note(format!("went on with {} views that a run before had made ready", away.found), &away, ""));
@@ -92,58 +100,43 @@ fn note(message: String, away: &Away, help: &str) -> Diagnostic {
 /// From the views to the files.
 fn make(
     plan: MergePlan,
-    [cloud, report]: [PathBuf; 2],
-    pdf: Option<PathBuf>,
+    outputs: Outputs,
+    listed: Listed,
     away: &mut Away,
     run: &RunContext,
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<MergeJob, StitchError> {
-    let result = merge_beside(&plan, &Place::default(), Some(away), run, tell)?;
+    compare::check_earlier(&plan, run)?;
+    let mut result = merge_beside(&plan, &Place::default(), listed, Some(away), run, tell)?;
     let features = compare::features(&plan, &result, away, run)?;
-    let extras = MergeExtras { features, wear: compare::wear(&plan, &result, run)? };
+    let (wear, not_compared) = match compare::wear(&plan, &result, run)? {
+        Some(Ok(wear)) => (Some(wear), None),
+        Some(Err(why)) => (None, Some(why)),
+        None => (None, None),
+    };
+    result.merged.warnings.extend(not_compared.as_ref().map(|why| format!("no wear is told: {why}")));
+    let Outputs { cloud, report, pdf } = outputs;
+    let extras = MergeExtras { features, wear, not_compared };
     let job = MergeJob { plan, result, cloud, report, pdf, extras };
     write(&job, run)?;
     Ok(job)
 }
 
-/// Before anything is read: a merge that cannot be kept is no use.
-fn check_outputs(cloud: &Path, report: &Path) -> Result<(), StitchError> {
-    if cloud == report {
-        let message = "the cloud and its report would be one file, expected two";
-        return Err(Diagnostic::error(message)
-            .in_file(cloud)
-            .with_help("give the cloud another name, such as merged.ply")
-            .into());
-    }
-    for path in [cloud, report] {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let fault = match atomic::try_folder(folder) {
-            Ok(()) if path.is_dir() => "a folder has this name".to_owned(),
-            Ok(()) => continue,
-            Err(why) if folder.is_dir() => why,
-            Err(_) => "the folder does not exist".to_owned(),
-        };
-        let help = "make the folder, or give another file with --out";
-        return Err(Diagnostic::error(format!("cannot write, {fault}")).in_file(path).with_help(help).into());
-    }
-    Ok(())
-}
-
-/// The report first: a cloud that lies there has its report.
+/// What lies there belongs together: every file is on the disk before the first one takes its place.
 fn write(job: &MergeJob, run: &RunContext) -> Result<(), StitchError> {
     let MergeJob { plan, result, cloud, report, pdf, extras } = job;
     run.enter(Stage::Report)?;
     let text = merge_json(plan, result, extras);
-    if let Some(pdf) = pdf {
-        let pages = merge_pages(plan, result, extras, compare::eye(result));
-        run.check()?;
-        atomic::write(pdf, &pages)?;
-    }
+    let text = Staged::try_new(report, text.as_bytes())?;
+    let pages = match pdf {
+        Some(path) => Some(Staged::try_new(path, &merge_pages(plan, result, extras, compare::eye(result)))?),
+        None => None,
+    };
+    run.check()?;
     let wear = extras.wear.as_ref();
-    let written = atomic::write_with(cloud, |out| merge_ply(out, &result.merged, wear, plan.unit, run));
+    let points = Staged::try_with(cloud, |out| merge_ply(out, &result.merged, wear, plan.unit, run));
     // A job that was stopped has no fault to tell.
     run.check()?;
-    written?;
-    atomic::write(report, text.as_bytes())?;
-    Ok(())
+    // The cloud last: one that lies there has its report.
+    put_all([text].into_iter().chain(pages).chain([points?]))
 }

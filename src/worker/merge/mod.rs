@@ -6,6 +6,7 @@ mod calibrated;
 mod compare;
 mod files;
 mod job;
+mod outputs;
 pub mod part_folder;
 mod preview;
 mod stored;
@@ -29,7 +30,8 @@ use crate::stitch::{
 };
 use away::Away;
 use calibrated::Calibrated;
-use files::{list_views, name_of, read_named};
+use files::{Listed, list_views, name_of, read_named};
+use outputs::Outputs;
 use std::path::{Path, PathBuf};
 use views::Views;
 
@@ -71,19 +73,21 @@ pub fn merge_folder(
     run: &RunContext,
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<MergeResult, StitchError> {
-    merge_beside(plan, whose, None, run, tell)
+    let folder = whose.folder.as_deref().unwrap_or(&plan.views.folder.path);
+    let listed = list_views(plan, folder, &Outputs::new(plan, None).paths(), 2)?;
+    merge_beside(plan, whose, listed, None, run, tell)
 }
 
-/// The same with a place for views that have no room in memory.
+/// The same of views that are listed, with a place for those that have no room in memory.
 fn merge_beside(
     plan: &MergePlan,
     whose: &Place,
+    listed: Listed,
     mut away: Option<&mut Away>,
     run: &RunContext,
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<MergeResult, StitchError> {
-    let folder = whose.folder.as_deref().unwrap_or(&plan.views.folder.path);
-    let paths = list_views(plan, folder, 2)?;
+    let paths = &listed.views;
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
     let around = Around::read(plan, whose, &names, run)?;
     if let Some(away) = &mut away {
@@ -112,7 +116,8 @@ fn merge_beside(
         return Err(none_left(fault, faults.len(), paths.len()).into());
     }
     faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
-    let (placed, merged) = views.merged(run)?;
+    let (mut placed, merged) = views.merged(run)?;
+    placed.warnings.extend(listed.warnings());
     Ok(MergeResult { identity: around.identity, files, placed, merged })
 }
 

@@ -3,7 +3,9 @@
 use super::MergeEvent;
 use super::calibrated::{Calibrated, check_units};
 use super::files::{list_views, name_of, read_named, read_view};
+use super::outputs::Outputs;
 use super::study::{complete_all, fault_of};
+use super::views::same_file;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Isometry3;
 use crate::plan::merge::{Mask, MergePlan, Metric, Prealign};
@@ -83,11 +85,12 @@ impl Preview {
 /// # Errors
 /// No view at all, settings that name something that cannot be used, or the job was stopped.
 pub fn preview(plan: &MergePlan, run: &RunContext, tell: &(dyn Fn(MergeEvent) + Sync)) -> Result<Preview, StitchError> {
-    let paths = list_views(plan, &plan.views.folder.path, 1)?;
+    let paths = list_views(plan, &plan.views.folder.path, &Outputs::new(plan, None).paths(), 1)?.views;
     let tools = Calibrated::read(plan, run)?.tools;
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
     let (poses, no_poses) = poses_of(plan, &names, run)?;
     let most = (MOST_POINTS / paths.len()).max(1);
+    let mut first = BTreeMap::new();
     let mut found = Preview {
         files: Vec::new(),
         views: Vec::new(),
@@ -101,7 +104,7 @@ pub fn preview(plan: &MergePlan, run: &RunContext, tell: &(dyn Fn(MergeEvent) + 
     for (number, path) in paths.iter().enumerate() {
         tell(MergeEvent::View { index: number + 1, of: paths.len(), name: names[number].clone() });
         run.enter(Stage::Read)?;
-        let (at, read, points) = match one(plan, &tools, path, most, run) {
+        let (at, read, points) = match one(plan, &tools, path, most, &mut first, run) {
             Ok(measured) => {
                 let (points, read) = (measured.view.positions.len(), measured.points_read);
                 let (view, every) = thinned(measured.view, most);
@@ -149,10 +152,21 @@ fn keeps(views: &[View], metric: Metric) -> Vec<[f64; 2]> {
 const OUTERMOST: f64 = 0.001;
 
 /// A view with every metric that can be known of it; what stands off its surroundings takes long, and is computed of a large view only
-/// where the settings ask for it.
-fn one(plan: &MergePlan, tools: &Tools, path: &Path, most: usize, run: &RunContext) -> Result<Measured, StitchError> {
-    let (_, read) = read_view(plan, path, run);
+/// where the settings ask for it. `first` holds names by hash.
+fn one(
+    plan: &MergePlan,
+    tools: &Tools,
+    path: &Path,
+    most: usize,
+    first: &mut BTreeMap<Option<String>, String>,
+    run: &RunContext,
+) -> Result<Measured, StitchError> {
+    let (sha256, read) = read_view(plan, path, run);
     let mut measured = read?;
+    if let Some(name) = first.get(&sha256) {
+        return Err(same_file(path, name).into());
+    }
+    first.insert(sha256, name_of(path));
     check_units(plan, tools, &measured.view)?;
     let wanted = wanted(plan);
     let takes_long = |metric| matches!(metric, Metric::NonUniformity | Metric::NonUniformityAngle);

@@ -1,12 +1,15 @@
 //! `shapeline mask-study`: settings and views to a table and plots of what each mask is worth.
 
 use super::calibrated::{Calibrated, check_units};
-use super::files::{list_views, name_of, read_view};
+use super::files::{Listed, list_views, name_of, read_view};
+use super::outputs::{Called, Outputs, check_apart, check_place, inputs, put_all};
+use super::views::same_file;
 use super::{MergeEvent, in_one_line};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::plan::merge::{self, Mask, MergePlan, Metric, ViewsOf};
+use crate::report::atomic::Staged;
+use crate::report::mask_study::csv;
 use crate::report::pdf::mask_study::mask_study_pdf;
-use crate::report::{atomic, mask_study::csv};
 use crate::run::{RunContext, Stage};
 use crate::stitch::columns::{Asked, complete};
 use crate::stitch::mask_study::{MaskStudy, StudyError, mask_study};
@@ -50,21 +53,37 @@ pub fn study_masks(
     }
     let beside = || plan.output.file.path.with_file_name("mask-study");
     let base = out.map_or_else(beside, Path::to_path_buf);
-    let files = ["csv", "pdf"].map(|ending| base.with_extension(ending));
-    let folder = base.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    atomic::try_folder(folder).map_err(|why| cannot_write(folder, &why))?;
-    let (views, unusable) = read_views(&plan, run, tell)?;
+    let files = ["csv", "pdf"].map(|ending| with_ending(&base, ending));
+    let merged = Outputs::new(&plan, None);
+    let folder = &plan.views.folder.path;
+    let listed = list_views(&plan, folder, &merged.paths(), 1).map_err(StitchError::from)?;
+    check_files(&plan, &files, &merged, &listed).map_err(StitchError::from)?;
+    let (views, unusable) = read_views(&plan, &listed, run, tell)?;
     let masks: Vec<Mask> = plan.masks.iter().map(|mask| mask.value).collect();
     let study = mask_study(&views, &plan.features, &masks, run, told).map_err(|error| fault_of(&plan, error))?;
     run.enter(Stage::Report).map_err(StitchError::from)?;
-    atomic::write(&files[0], csv(&study, &plan.features).as_bytes()).map_err(StitchError::from)?;
-    atomic::write(&files[1], &mask_study_pdf(&plan, &study)).map_err(StitchError::from)?;
+    let table = Staged::try_new(&files[0], csv(&study, &plan.features).as_bytes()).map_err(StitchError::from)?;
+    let plots = Staged::try_new(&files[1], &mask_study_pdf(&plan, &study)).map_err(StitchError::from)?;
+    put_all([table, plots])?;
     Ok(MaskStudyJob { plan, study, unusable, files })
 }
 
-fn cannot_write(folder: &Path, why: &str) -> Option<StitchError> {
-    let message = format!("the study cannot be written there: {why}");
-    Some(Diagnostic::error(message).in_file(folder).with_help("give another place with --out").into())
+/// A name with an ending, which it may have already.
+fn with_ending(base: &Path, ending: &str) -> PathBuf {
+    let is_known = base.extension().is_some_and(|own| own == "csv" || own == "pdf");
+    let mut name = if is_known { base.with_extension("") } else { base.to_path_buf() }.into_os_string();
+    name.push(".");
+    name.push(ending);
+    name.into()
+}
+
+/// Before anything is read: a study that cannot be kept is no use, nor one that takes the place of what it reads or of what a merge writes.
+fn check_files(plan: &MergePlan, files: &[PathBuf; 2], merged: &Outputs, listed: &Listed) -> Result<(), Diagnostic> {
+    files.iter().try_for_each(|path| check_place(path))?;
+    let mut others = inputs(plan, &listed.views);
+    others.extend(merged.called());
+    let written: [Called; 2] = [("the table", &files[0]), ("the plots", &files[1])];
+    check_apart(&written, &others)
 }
 
 pub(super) fn fault_of(plan: &MergePlan, error: StudyError) -> StitchError {
@@ -97,18 +116,27 @@ pub(super) fn complete_all(
 /// Every view with every metric that can be known of it, nothing masked; and how many cannot be read.
 fn read_views(
     plan: &MergePlan,
+    listed: &Listed,
     run: &RunContext,
     tell: &(dyn Fn(MergeEvent) + Sync),
 ) -> Result<(Vec<View>, usize), StitchError> {
-    let paths = list_views(plan, &plan.views.folder.path, 1)?;
+    for words in listed.warnings() {
+        tell(MergeEvent::Unusable(Diagnostic::warning(words)));
+    }
+    let paths = &listed.views;
     let tools = Calibrated::read(plan, run)?.tools;
-    let (mut views, mut faults) = (Vec::new(), Vec::new());
+    let (mut views, mut hashes, mut faults) = (Vec::<View>::new(), Vec::new(), Vec::new());
     for (index, path) in paths.iter().enumerate() {
         tell(MergeEvent::View { index: index + 1, of: paths.len(), name: name_of(path) });
         run.enter(Stage::Read)?;
-        let (_, read) = read_view(plan, path, run);
+        let (sha256, read) = read_view(plan, path, run);
         match read {
             Ok(mut measured) => {
+                if let Some(first) = hashes.iter().position(|known| *known == sha256) {
+                    faults.push(same_file(path, &views[first].name));
+                    continue;
+                }
+                hashes.push(sha256);
                 check_units(plan, &tools, &measured.view)?;
                 complete_all(plan, &tools, &mut measured, |_| true, run)?;
                 views.push(measured.view);

@@ -137,7 +137,10 @@ fn views_that_are_put_away_give_the_same_cloud() {
     let (whole, _) = bytes(folder.path(), None, &RunContext::silent()).unwrap();
     assert!(bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap().0 == whole);
     let refused = bytes(folder.path(), Some(100_000), &RunContext::silent()).unwrap_err().to_string();
-    assert!(refused.contains("more than the limit of") && !folder.path().join("merged.ply.unfinished").exists());
+    // The views are ready, and stay for a run with more memory.
+    assert!(refused.contains("more than the limit of") && folder.path().join("merged.ply.unfinished").exists());
+    let (again, told) = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap();
+    assert!(again == whole && told.contains("went on with 20 views"), "{told}");
     settings(folder.path(), "[merge]\nradius = 2.0\nmetric = \"mean\"\n");
     let refused = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap_err().to_string();
     assert!(refused.contains("needs all points in memory"), "{refused}");
@@ -171,6 +174,36 @@ fn a_merge_that_was_stopped_is_gone_on_with() {
         let (again, told) = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap();
         assert!(again == whole && told.contains("went on with"), "{at:?} {told}");
         clean();
+    }
+}
+
+/// Where a file cannot be written at the end, those of before stay as they are, and the views that were put away stay for the next run.
+#[test]
+fn what_is_ready_stays_until_everything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    many_views(folder.path());
+    let path = |name: &str| folder.path().join(name);
+    settings(folder.path(), "[output]\nreport_pdf = \"m.pdf\"\n[merge]\nradius = 3.0\n");
+    let (whole, _) = bytes(folder.path(), None, &RunContext::silent()).unwrap();
+    for blocked in ["merged.ply", "merged.json", "m.pdf"] {
+        std::fs::remove_file(path(blocked)).unwrap();
+        let others: Vec<&str> =
+            ["merged.ply", "merged.json", "m.pdf"].into_iter().filter(|name| *name != blocked).collect();
+        others.iter().for_each(|name| std::fs::write(path(name), "of before").unwrap());
+        // A folder takes the name while the views are merged.
+        let observe = |stage| {
+            if stage == Stage::Merge {
+                std::fs::create_dir(path(blocked)).unwrap();
+            }
+        };
+        let stop = CancelToken::default();
+        let told = bytes(folder.path(), Some(LITTLE), &RunContext::new(&stop, &observe)).unwrap_err().to_string();
+        assert!(told.contains("a folder has this name"), "{told}");
+        assert!(others.iter().all(|name| std::fs::read(path(name)).unwrap() == b"of before"), "{blocked}");
+        assert!(std::fs::read_dir(path("merged.ply.unfinished")).unwrap().count() == 20, "{blocked}");
+        std::fs::remove_dir(path(blocked)).unwrap();
+        let (again, told) = bytes(folder.path(), Some(LITTLE), &RunContext::silent()).unwrap();
+        assert!(again == whole && told.contains("went on with 20 views"), "{blocked}: {told}");
     }
 }
 

@@ -4,6 +4,7 @@ use super::Around;
 use super::away::Away;
 use super::calibrated::check_units;
 use super::files::{measure, name_of, read_bytes};
+use crate::diagnostic::Diagnostic;
 use crate::plan::merge::MergePlan;
 use crate::run::RunContext;
 use crate::stitch::columns::Asked;
@@ -42,6 +43,10 @@ impl Views<'_> {
             Ok(read) => read,
             Err(fault) => return Ok((None, Err(fault))),
         };
+        if let Some(first) = self.hashes.iter().position(|known| *known == sha256) {
+            let fault = same_file(path, &self.ready[first].conditioned.view.name);
+            return Ok((Some(sha256), Err(fault.into())));
+        }
         if let Some(away) = &mut self.away
             && let Some(stored) = away.find(index, &name_of(path), &sha256, run)?
         {
@@ -98,7 +103,10 @@ impl Views<'_> {
     }
 
     /// Places them and merges them.
-    pub fn merged(self, run: &RunContext) -> Result<(PlacedViews, Merged), StitchError> {
+    pub fn merged(mut self, run: &RunContext) -> Result<(PlacedViews, Merged), StitchError> {
+        if let Some(away) = &mut self.away {
+            away.set_complete();
+        }
         let Some(away) = self.away.filter(|away| away.is_begun()) else {
             let placed = place_from(self.plan, self.ready, &self.facts, None, run)?;
             let merged = merge(self.plan, &placed, run)?;
@@ -109,4 +117,10 @@ impl Views<'_> {
         let merged = merge_from(self.plan, &placed, &shelf, away.room(self.plan, &placed)?, run)?;
         Ok((placed, merged))
     }
+}
+
+/// The fault of a view whose file has the same bytes as another one's: its points would count twice.
+pub(super) fn same_file(path: &Path, first: &str) -> Diagnostic {
+    let help = "remove one of the two; if both were to be there, look whether one was copied by mistake";
+    Diagnostic::error(format!("the same bytes as {first}")).in_file(path).with_help(help)
 }
