@@ -79,6 +79,11 @@ pub fn advice(curve: &Curve) -> String {
             told(Some(*plateau)),
             percent(*share)
         ),
+        Knee::Misfit { sigma_dev, noise } => format!(
+            "no suggestion: even masked the points lie off the feature by {} and scatter by {} beside their neighbours, check its kind",
+            told(Some(*sigma_dev)),
+            told(Some(*noise))
+        ),
         Knee::NotTold => "no view can be fitted".to_owned(),
     }
 }

@@ -4,7 +4,7 @@
 //! Every view is fitted by itself, so that neither poses nor registration are in the figures: squares of the distances of all views are put
 //! together. The fit is the two-step one; sigma_dev counts the points that its second step leaves out.
 
-use super::feature::{fit_feature_near, fit_kind};
+use super::feature::{MISFIT, fit_feature_near, fit_kind, local_scatter};
 use super::metric::{Better, Metric};
 use super::view::View;
 use crate::fit::two_step::near_shape;
@@ -62,6 +62,13 @@ pub enum Knee {
         share: f64,
         /// The least sigma_dev over all thresholds.
         plateau: f64,
+    },
+    /// Even with the threshold that the curve would suggest the points lie off the feature in a pattern: it is of another kind.
+    Misfit {
+        /// Their standard deviation about the fits there.
+        sigma_dev: f64,
+        /// And beside their neighbours.
+        noise: f64,
     },
     /// No fit.
     NotTold,
@@ -177,14 +184,20 @@ fn curve(
         .par_iter()
         .map(|threshold| {
             run.check()?;
-            Ok(step(fitted, metric, &at_threshold(metric, *threshold), *threshold))
+            Ok(step(fitted, &at_threshold(metric, *threshold), *threshold))
         })
         .collect();
     let steps = steps?;
     let bound = |mask: &Mask| if metric.better() == Better::Larger { mask.min } else { mask.max };
-    let own = own.map(|mask| step(fitted, metric, mask, bound(mask)));
-    let unknown = values.iter().filter(|v| v.is_nan()).count();
-    let knee = knee(&steps, values.len());
+    let own = own.map(|mask| step(fitted, mask, bound(mask)));
+    let unknown = values.iter().filter(|v| !v.is_finite()).count();
+    let knee = match knee(&steps, values.len()) {
+        Knee::At { step, plateau } => {
+            let misfit = misfit(fitted, &at_threshold(metric, steps[step].threshold), &steps[step]);
+            misfit.unwrap_or(Knee::At { step, plateau })
+        }
+        other => other,
+    };
     Ok(Curve { metric, feature, steps, knee, own, unknown })
 }
 
@@ -227,13 +240,11 @@ fn loose(value: f64, towards: fn(f64) -> f64) -> f64 {
     if rounded.is_finite() { rounded } else { value }
 }
 
-fn step(fitted: &[Started<'_>], metric: Metric, mask: &Mask, threshold: f64) -> Step {
+fn step(fitted: &[Started<'_>], mask: &Mask, threshold: f64) -> Step {
     let mut step = Step { threshold, remaining: 0, sigma_dev: None, radius: None, rejected: 0, views: 0 };
     let (mut squares, mut used, mut radii) = (0.0, 0.0, 0.0);
     for Started { view, near } in fitted {
-        let column = &view.columns[&metric];
-        let kept = view.positions.iter().zip(column).filter(|(_, value)| mask.keeps(**value));
-        let points: Vec<Point3> = kept.map(|(p, _)| *p).collect();
+        let points = kept_points(view, mask);
         step.remaining += points.len();
         let Ok(fit) = fit_feature_near(near, &points) else { continue };
         let count = points.len() as f64;
@@ -248,6 +259,26 @@ fn step(fitted: &[Started<'_>], metric: Metric, mask: &Mask, threshold: f64) -> 
         step.radius = fitted[0].near.radius().map(|_| radii / used);
     }
     step
+}
+
+/// Whether the points that a mask leaves are those of another shape.
+fn misfit(fitted: &[Started<'_>], mask: &Mask, step: &Step) -> Option<Knee> {
+    let (mut squares, mut used) = (0.0, 0.0);
+    for Started { view, near } in fitted {
+        let points = kept_points(view, mask);
+        let Ok(fit) = fit_feature_near(near, &points) else { continue };
+        let Some(noise) = local_scatter(&fit.shape, &points) else { continue };
+        squares += noise * noise * points.len() as f64;
+        used += points.len() as f64;
+    }
+    let (sigma_dev, noise) = (step.sigma_dev?, (squares / used).sqrt());
+    (sigma_dev > MISFIT * noise).then_some(Knee::Misfit { sigma_dev, noise })
+}
+
+/// The points of a view that a mask keeps.
+fn kept_points(view: &View, mask: &Mask) -> Vec<Point3> {
+    let kept = view.positions.iter().zip(&view.columns[&mask.metric]).filter(|(_, value)| mask.keeps(**value));
+    kept.map(|(p, _)| *p).collect()
 }
 
 /// The loosest threshold from which on sigma_dev stays within 5 % of its plateau, the least that it comes to.
@@ -340,6 +371,21 @@ mod tests {
         let steps = [step(100, 8.0), step(70, 7.0), step(30, 5.1), step(20, 5.0)];
         assert_eq!(knee(&steps, 100), Knee::TooDear { share: 0.3, plateau: 5.0 });
         assert_eq!(knee(&[], 100), Knee::NotTold);
+    }
+
+    /// The same sheets bent, so that a plane lies off them by 54 (0.018 * 100^2 * 0.298), and a metric that keeps the middle six tenths: it lies
+    /// off these by 0.36 of that, and they scatter by 2.1 (a tenth has the noise of 6), with cells of 9 on a slope of 1.3 by 4.
+    #[test]
+    fn nothing_is_suggested_where_the_points_are_of_another_shape() {
+        let mut bent = [view(1), view(2)];
+        for view in &mut bent {
+            view.positions.iter_mut().for_each(|p| p.z += 0.018 * p.x * p.x);
+            let is_middle = view.positions.iter().map(|p| if p.x.abs() < 60.0 { 1.0 } else { 0.0 }).collect();
+            view.columns.insert(Metric::Strength, is_middle);
+        }
+        let study = study(&bent, &[]);
+        let Knee::Misfit { sigma_dev, noise } = study.curves[0].knee else { panic!("{:?}", study.curves[0].knee) };
+        assert!((18.0..22.0).contains(&sigma_dev) && (2.0..5.0).contains(&noise), "{sigma_dev} {noise}");
     }
 
     #[test]

@@ -229,3 +229,18 @@ fn the_points_of_a_view_add_up_and_those_without_a_judge_are_counted() {
     let report: Value = serde_json::from_slice(&std::fs::read(views.path("merged.json")).unwrap()).unwrap();
     assert_eq!([0, 1].map(|k| report["views"][k]["points_unjudged"].as_u64()), [Some(3), Some(0)]);
 }
+
+/// A feature of another kind than the views show: the fit is told with a warning.
+#[test]
+fn a_feature_of_another_kind_is_warned_of() {
+    let views = Views::new();
+    // The sheet's waves are 40 high and have no noise.
+    views.settings(FEATURE);
+    let ran = views.run(&[]);
+    ran.assert_ended(0, &["warning: plane 1 does not fit: its points lie off it by ", "check its kind in [[feature]]"]);
+    let report: Value = serde_json::from_slice(&std::fs::read(views.path("merged.json")).unwrap()).unwrap();
+    assert!(report["warnings"][0].as_str().unwrap().starts_with("plane 1 does not fit: "), "{report}");
+    let studied = study(&views, &[]);
+    studied.assert_ended(1, &[]);
+    assert!(!studied.stdout.contains(" leaves "), "{studied:?}");
+}

@@ -166,6 +166,10 @@ fn told(metric: Metric, curve: Option<&Curve>, merging: &Merging, words: &Words)
             let share = figures::percent(*share, words);
             words.fill("merge.too_dear", &[("share", &share), ("all", &all), ("best", &length(Some(*plateau)))])
         }
+        Knee::Misfit { sigma_dev, noise } => {
+            let values = [("sigma", length(Some(*sigma_dev))), ("noise", length(Some(*noise)))];
+            words.fill("merge.misfit", &values.each_ref().map(|(name, value)| (*name, value.as_str())))
+        }
         Knee::NotTold => words.text("merge.no_fit").to_owned(),
     };
     if let StudyState::Done(_, every) = &merging.study

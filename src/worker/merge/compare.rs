@@ -6,37 +6,55 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point3;
 use crate::io;
 use crate::plan::merge::{Judge, MergePlan, Metric, NamedFile};
+use crate::report::mask_study::short;
 use crate::report::merged_unit;
 use crate::report::pdf::merge::FeatureRow;
 use crate::run::{Cancelled, RunContext};
-use crate::stitch::feature::fit_feature;
+use crate::stitch::feature::{FeatureFit, fit_feature, misfit};
 use crate::stitch::merging::together;
 use crate::stitch::wear::{NewCloud, OldCloud, Wear, WearError, compare};
 use crate::stitch::{MergeResult, Shelf, StitchError};
 
-/// The features that the settings name, fitted to all placed points and to the merged cloud.
+/// The features that the settings name, fitted to all placed points and to the merged cloud, and what is wrong with those fits.
 pub(super) fn features(
     plan: &MergePlan,
     result: &MergeResult,
     away: &Away,
     run: &RunContext,
-) -> Result<Vec<FeatureRow>, StitchError> {
+) -> Result<(Vec<FeatureRow>, Vec<String>), StitchError> {
     if plan.features.is_empty() {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), Vec::new()));
     }
     let before = before(result, away, run)?;
-    let mut rows = Vec::new();
+    let (mut rows, mut warnings) = (Vec::new(), Vec::new());
     for feature in &plan.features {
         run.check()?;
         let fit = |points: &[Point3]| fit_feature(feature.kind, points).map_err(|e| e.to_string());
-        rows.push(FeatureRow {
-            name: feature.name.clone(),
-            certified: feature.radius.map(|radius| (radius, feature.radius_u)),
-            before: before.as_ref().map_err(String::clone).and_then(|points| fit(points)),
-            after: fit(&result.merged.positions),
-        });
+        let certified = feature.radius.map(|radius| (radius, feature.radius_u));
+        let earlier = before.as_ref().map_err(String::clone).and_then(|points| fit(points));
+        let row =
+            FeatureRow { name: feature.name.clone(), certified, before: earlier, after: fit(&result.merged.positions) };
+        warnings.extend(misfit_words(plan, &row, before.as_deref().unwrap_or_default(), &result.merged.positions));
+        rows.push(row);
     }
-    Ok(rows)
+    Ok((rows, warnings))
+}
+
+/// That a feature is not what the settings say, if it is not.
+fn misfit_words(plan: &MergePlan, row: &FeatureRow, before: &[Point3], after: &[Point3]) -> Option<String> {
+    let name = &row.name;
+    let off = |fit: &Result<FeatureFit, String>, points| {
+        let fit = fit.as_ref().ok()?;
+        Some((fit.sigma_dev, misfit(&fit.shape, fit.sigma_dev, points)?))
+    };
+    if let Err(why) = &row.after {
+        return Some(format!("{name} does not fit the merged points: {why}"));
+    }
+    let (sigma_dev, noise) = off(&row.after, after).or_else(|| off(&row.before, before))?;
+    let (sigma_dev, noise, unit) = (short(sigma_dev), short(noise), plan.unit.key());
+    Some(format!(
+        "{name} does not fit: its points lie off it by {sigma_dev} {unit} (sigma_dev) and scatter by {noise} {unit} beside their neighbours, check its kind in [[feature]]"
+    ))
 }
 
 /// All points of the placed views, world frame; or why they are not had.

@@ -108,7 +108,8 @@ fn make(
 ) -> Result<MergeJob, StitchError> {
     compare::check_earlier(&plan, run)?;
     let mut result = merge_beside(&plan, &Place::default(), listed, Some(away), run, tell)?;
-    let features = compare::features(&plan, &result, away, run)?;
+    let (features, misfits) = compare::features(&plan, &result, away, run)?;
+    result.merged.warnings.extend(misfits);
     let (wear, not_compared) = match compare::wear(&plan, &result, run)? {
         Some(Ok(wear)) => (Some(wear), None),
         Some(Err(why)) => (None, Some(why)),
