@@ -1,9 +1,10 @@
 //! All pairs matched again and all views moved together, until nothing moves: what each pair found by itself is not believed any longer.
 
 use super::Options;
-use super::matches::{Sample, scale, sums};
+use super::matches::{Group, Sample, scale, sums};
 use super::motion;
-use super::network::{Alone, Anchor, Between, Solved, move_views, solve};
+use super::network::{Alone, Anchor, Between, move_views, solve};
+use super::normal::Solved;
 use super::observed::Observed;
 use super::pairwise::Two;
 use super::surface::Surface;
@@ -28,6 +29,9 @@ pub(super) struct Joined<'a> {
     /// Robust standard deviation of its residuals so far.
     pub scale: f64,
     pub inflation: f64,
+    /// Of rims: how many times surer than patches they are, and their robust standard deviation so far.
+    pub rim_gain: f64,
+    pub rim_scale: f64,
 }
 
 /// What the last round solved.
@@ -56,7 +60,7 @@ pub(super) fn refine(
         let between: Vec<Between> = found.into_iter().flatten().map(|(term, _)| term).collect();
         let middles: Vec<Point3> = poses.iter().zip(surfaces).map(|(pose, s)| pose * s.middle).collect();
         let alone: Vec<Alone> = anchors.iter().map(|a| a.term(poses, &surfaces[a.view].middle)).collect();
-        let Some(solved) = solve(&middles, &between, &alone) else { return Ok(refined) };
+        let Some(solved) = solve(&middles, &between, &alone, run)? else { return Ok(refined) };
         move_views(world_from_view, &middles, &solved.motions);
         let moved = |(m, s): (&motion::Motion, &&Surface)| motion::shift(m).norm() + motion::turn(m).norm() * s.extent;
         let most = solved.motions.iter().zip(surfaces).map(moved).fold(0.0, f64::max);
@@ -80,9 +84,16 @@ fn term(
     let two = Two { a: surfaces[pair.a], b: surfaces[pair.b] };
     let least = two.least_scale(options);
     let wide = 3.0 * TUKEY_WIDTH_SIGMAS * pair.scale.max(least);
-    let matches = two.posed(&(b.inverse() * a), wide).matched(pair.sample);
+    let b_from_a = b.inverse() * a;
+    let posed = two.posed(&b_from_a, wide);
+    let matches = posed.matched(pair.sample);
+    let rim_width = TUKEY_WIDTH_SIGMAS * pair.rim_scale.max(two.least_rim_scale());
+    let rims = if pair.rim_gain > 0.0 && rim_width.is_finite() { posed.rims(3.0 * rim_width) } else { Vec::new() };
     let scale = scale(&matches, wide).max(least);
-    let sums = sums(&matches, TUKEY_WIDTH_SIGMAS * scale)?;
+    let sums = sums(&[
+        Group { matches: &matches, width: TUKEY_WIDTH_SIGMAS * scale, gain: 1.0 },
+        Group { matches: &rims, width: rim_width, gain: pair.rim_gain },
+    ])?;
     let observed = Observed::of(&sums)?;
     let variances = observed.seen.map(|seen| pair.inflation.max(1.0) * scale * scale / (seen * observed.weight));
     let along = Vector6::from_fn(|k, _| if observed.held[k] > 0.0 { observed.asked[k] } else { 0.0 });

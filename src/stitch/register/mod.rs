@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! views --surface: patches--> Surface         smoothed places with normals, a search tree, the noise of a point
+//!   --rim: rims-->                            where the sheet ends though the sensor looked further: what holds flat views along themselves
 //!   --overlap / search--> candidate pairs     by hashed occupancy under the prior poses; without them by many starts and a margin
 //!   --pairwise--> Fitted                      robust symmetric point-to-plane; motions that the surface does not hold stay unmoved
 //!   --network--> poses                        graph of poses, edges with weights of their own, priors as weak rows
 //!   --joint--> poses                          all pairs matched again and solved together, until nothing moves
+//!   --sight-->                                who has a surface where the others look through
 //!   --verdict--> Registration                 who is placed, who is left out by name and why, pairs, cycles, weak motions
 //! ```
 //!
@@ -18,18 +20,25 @@ mod joint;
 mod matches;
 mod motion;
 mod network;
+mod normal;
 mod observed;
 mod overlap;
 mod pairwise;
 mod pipeline;
 mod result;
+mod rim;
+#[cfg(test)]
+mod rim_tests;
 mod sampling;
 mod search;
+mod sight;
 mod surface;
 #[cfg(test)]
 mod synthetic_tests;
 mod verdict;
 mod weak;
+#[cfg(test)]
+mod wrong_tests;
 
 pub use pipeline::{register, register_from};
 pub use result::{Cycle, Gauge, LeftOut, Pair, PairState, Placed, RegisterError, Registration, ViewOutcome, Weak};

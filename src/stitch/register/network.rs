@@ -4,8 +4,10 @@
 //! linear (graduated non-convexity, Yang et al. 2020): a pair that contradicts the others loses its weight instead of bending them.
 
 use super::motion::{self, Motion};
+use super::normal::{Normal, Solved};
 use crate::geometry::{Isometry3, Point3};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix6, Vector6};
+use crate::run::{Cancelled, RunContext};
+use nalgebra::{Matrix6, Vector6};
 
 /// What two views ask of each other, world frame: half the weighted square of `motion of a - motion of b - asked`, motions told about a centre.
 #[derive(Debug, Clone)]
@@ -25,52 +27,32 @@ pub(super) struct Alone {
     pub asked: Motion,
 }
 
-/// The normal equations of all views' motions, each about its own middle; solved once and kept for covariances.
-pub(super) struct Solved {
-    /// One motion for each view.
-    pub motions: Vec<Motion>,
-    factor: Cholesky<f64, Dyn>,
-}
-
-impl Solved {
-    /// Covariance of each view's motion.
-    pub(super) fn covariances(&self) -> Vec<Matrix6<f64>> {
-        let inverse = self.factor.inverse();
-        (0..self.motions.len()).map(|k| inverse.fixed_view::<6, 6>(6 * k, 6 * k).into_owned()).collect()
-    }
-}
-
-/// Solves for the motions; `None` when they are not held.
-pub(super) fn solve(middles: &[Point3], between: &[Between], alone: &[Alone]) -> Option<Solved> {
-    let size = 6 * middles.len();
-    let (mut matrix, mut right) = (DMatrix::zeros(size, size), DVector::zeros(size));
-    let mut add = |r: usize, c: usize, block: &Matrix6<f64>| {
-        let mut place = matrix.fixed_view_mut::<6, 6>(6 * r, 6 * c);
-        place += block;
-    };
-    let mut asked = |r: usize, block: &Vector6<f64>| {
-        let mut place = right.fixed_rows_mut::<6>(6 * r);
-        place += block;
-    };
+/// Solves for the motions, each about its view's own middle; `None` when they are not held.
+///
+/// # Errors
+/// The job was stopped.
+pub(super) fn solve(
+    middles: &[Point3],
+    between: &[Between],
+    alone: &[Alone],
+    run: &RunContext,
+) -> Result<Option<Solved>, Cancelled> {
+    let mut normal = Normal::new(middles.len(), between.iter().map(|term| (term.a, term.b)));
     for term in between {
         let a = motion::seen_from(&middles[term.a], &term.centre);
         let b = -motion::seen_from(&middles[term.b], &term.centre);
         let (pa, pb) = (a.transpose() * term.precision, b.transpose() * term.precision);
-        add(term.a, term.a, &(pa * a));
-        add(term.b, term.b, &(pb * b));
-        add(term.a, term.b, &(pa * b));
-        add(term.b, term.a, &(pb * a));
-        asked(term.a, &(pa * term.asked));
-        asked(term.b, &(pb * term.asked));
+        normal.add(term.a, term.a, &(pa * a));
+        normal.add(term.b, term.b, &(pb * b));
+        normal.add(term.a, term.b, &(pa * b));
+        normal.ask(term.a, &(pa * term.asked));
+        normal.ask(term.b, &(pb * term.asked));
     }
     for term in alone {
-        add(term.view, term.view, &term.precision);
-        asked(term.view, &(term.precision * term.asked));
+        normal.add(term.view, term.view, &term.precision);
+        normal.ask(term.view, &(term.precision * term.asked));
     }
-    let factor = matrix.cholesky()?;
-    let solution = factor.solve(&right);
-    let motions: Vec<Motion> = (0..middles.len()).map(|k| solution.fixed_rows::<6>(6 * k).into_owned()).collect();
-    motions.iter().all(|m| m.iter().all(|v| v.is_finite())).then_some(Solved { motions, factor })
+    normal.solve(run)
 }
 
 /// An edge of the graph: two views as they were registered by themselves.
@@ -148,39 +130,47 @@ const DOUBTFUL_SIGMAS: f64 = 4.0;
 /// Lower weights are taken for a contradiction.
 pub(super) const LEAST_WEIGHT: f64 = 0.25;
 
-/// Poses by edges and anchors, and a weight of each edge.
+/// Poses by edges and anchors, and a weight of each edge; `None` where they hold nothing.
+///
+/// # Errors
+/// The job was stopped.
 pub(super) fn graph(
     world_from_view: &mut [Isometry3],
     middles_view: &[Point3],
     edges: &[Edge],
     anchors: &[Anchor],
-) -> Option<Vec<f64>> {
+    run: &RunContext,
+) -> Result<Option<Vec<f64>>, Cancelled> {
     let bound = 6.0 * DOUBTFUL_SIGMAS * DOUBTFUL_SIGMAS;
     let square = |term: &Between| (term.asked.transpose() * term.precision * term.asked)[0];
     let terms = |poses: &[Isometry3]| edges.iter().map(|edge| edge.term(poses)).collect::<Vec<Between>>();
     let weights = |terms: &[Between], wide: f64| -> Vec<f64> {
         terms.iter().map(|term| (wide * bound / (wide * bound + square(term))).powi(2)).collect()
     };
-    let step = |poses: &mut [Isometry3], wide: f64| -> Option<()> {
+    let step = |poses: &mut [Isometry3], wide: f64| -> Result<bool, Cancelled> {
         let mut between = terms(poses);
         let weights = weights(&between, wide);
         between.iter_mut().zip(weights).for_each(|(term, w)| term.precision *= w);
         let middles: Vec<Point3> = poses.iter().zip(middles_view).map(|(pose, middle)| pose * middle).collect();
         let alone: Vec<Alone> = anchors.iter().map(|anchor| anchor.term(poses, &middles_view[anchor.view])).collect();
-        let solved = solve(&middles, &between, &alone)?;
+        let Some(solved) = solve(&middles, &between, &alone, run)? else { return Ok(false) };
         move_views(poses, &middles, &solved.motions);
-        Some(())
+        Ok(true)
     };
     // All edges alike once, so that the scale begins at what they contradict each other by, not at what the priors are off by.
-    step(world_from_view, 1e12)?;
+    if !step(world_from_view, 1e12)? {
+        return Ok(None);
+    }
     let worst = terms(world_from_view).iter().map(square).fold(0.0, f64::max);
     let mut wide = (2.0 * worst / bound).max(1.0);
     loop {
         for _ in 0..STEPS {
-            step(world_from_view, wide)?;
+            if !step(world_from_view, wide)? {
+                return Ok(None);
+            }
         }
         if wide <= 1.0 {
-            return Some(weights(&terms(world_from_view), 1.0));
+            return Ok(Some(weights(&terms(world_from_view), 1.0)));
         }
         wide = (wide / COOLING).max(1.0);
     }
@@ -227,7 +217,7 @@ mod tests {
             })
             .collect();
         let mut poses: Vec<Isometry3> = anchors.iter().map(|anchor| anchor.world_from_view).collect();
-        let weights = graph(&mut poses, &middles, &edges, &anchors).unwrap();
+        let weights = graph(&mut poses, &middles, &edges, &anchors, &RunContext::silent()).unwrap().unwrap();
         for (k, weight) in weights.iter().enumerate() {
             assert_eq!(*weight < LEAST_WEIGHT, [4, 20].contains(&k), "edge {k}: {weight}");
         }

@@ -4,16 +4,16 @@
 //! mean square `seen` of the residual that it makes is between 0 (the surface slides on itself) and 1 (it moves along the normal). What
 //! normals make up by being unsure is taken off it: two noisy planes would otherwise claim to hold each other everywhere.
 
-use super::matches::{Match, Sums, row};
+use super::matches::{Group, Sums, by_neighbourhood};
 use super::motion::Motion;
-use crate::fit::robust::tukey_weight;
-use crate::geometry::decompose;
+use crate::geometry::{Point3, decompose};
 use nalgebra::{Matrix6, Vector6};
-use std::collections::BTreeMap;
 
 /// A motion is held fully when it is seen this many times as strongly as normals are unsure, and not at all below the other one.
 const FULLY: f64 = 2.5;
 const NOT_AT_ALL: f64 = 1.5;
+/// Fewer neighbourhoods tell no variance.
+const LEAST_NEIGHBOURHOODS: f64 = 12.0;
 /// Nothing is seen below this: a tilt of the surface of 0.1 mrad.
 const LEAST_SEEN: f64 = 1e-8;
 
@@ -78,22 +78,32 @@ impl Observed {
         self.motions * along
     }
 
-    /// Variance of each displacement, by what the residuals of whole neighbourhoods (cells of a side) add up to: places near each other share
-    /// their points and their errors. Not below what independent residuals of `scale` would leave.
-    pub(super) fn variances(&self, sums: &Sums, matches: &[Match], width: f64, scale: f64, side: f64) -> Vector6<f64> {
-        let mut cells: BTreeMap<[i64; 3], Vector6<f64>> = BTreeMap::new();
-        for m in matches.iter().filter(|m| m.residual.abs() < width) {
-            let q = m.at - sums.centre;
-            let cell = [q.x, q.y, q.z].map(|c| (c / side).floor() as i64);
-            *cells.entry(cell).or_insert_with(Vector6::zeros) +=
-                row(&q, &m.normal) * (tukey_weight(m.residual, width) * m.residual);
+    /// Variance of each displacement, by what the residuals of whole neighbourhoods add up to: places near each other share their points and
+    /// their errors. Neighbourhoods are taken as large as leaves enough of them, beginning with cells of a side; the largest variance counts. Not
+    /// below what independent residuals of `scale` would leave.
+    pub(super) fn variances(&self, centre: &Point3, group: &Group, scale: f64, side: f64) -> Vector6<f64> {
+        let mut variances = self.independent(scale);
+        let mut side = side;
+        loop {
+            let cells = by_neighbourhood(group, centre, side);
+            let count = cells.len() as f64;
+            if count < LEAST_NEIGHBOURHOODS {
+                return variances;
+            }
+            let spread = cells.iter().fold(Matrix6::zeros(), |sum, s| sum + s * s.transpose());
+            // The motion that fits best takes six of them away.
+            let along = (self.motions.transpose() * spread * self.motions).diagonal() * (count / (count - 6.0));
+            for k in 0..6 {
+                let information = self.seen[k] * self.weight;
+                variances[k] = variances[k].max(along[k] / (information * information));
+            }
+            side *= 2.0;
         }
-        let spread = cells.values().fold(Matrix6::zeros(), |sum, s| sum + s * s.transpose());
-        let along = (self.motions.transpose() * spread * self.motions).diagonal();
-        Vector6::from_fn(|k, _| {
-            let information = self.seen[k] * self.weight;
-            (along[k] / (information * information)).max(scale * scale / information)
-        })
+    }
+
+    /// Variance of each displacement when residuals are independent.
+    pub(super) fn independent(&self, scale: f64) -> Vector6<f64> {
+        self.seen.map(|seen| scale * scale / (seen * self.weight))
     }
 
     /// Precision of motions about the centre from variances of the six displacements; nothing where they are not held.

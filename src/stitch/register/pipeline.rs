@@ -6,6 +6,7 @@ use super::network::{Anchor, Edge, LEAST_WEIGHT, graph};
 use super::overlap::{Guess, candidates};
 use super::pairwise::{Tried, Two, register as register_pair, way_from};
 use super::result::{RegisterError, Registration};
+use super::rim::Field;
 use super::search::{COARSE_PATCHES, Scales, search};
 use super::surface::{NoSurface, Surface};
 use super::verdict;
@@ -19,6 +20,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// A view may be off by this many standard deviations of its prior.
 const SIGMAS: f64 = 3.0;
+/// Cells by which the sensor's field of view is told, in distances of patches.
+const FIELD_CELL: f64 = 4.0;
 /// Searches without a prior for one view, with those placed already whose names are nearest.
 const MOST_SEARCHES: usize = 12;
 /// A view whose pose nothing holds may move by this many times the noise, and not by more than its size: for numbers only.
@@ -84,11 +87,13 @@ pub fn register_from(
     work.lay_surfaces(shelf, &order)?;
     work.try_neighbours()?;
     work.search_unknown()?;
-    work.connect();
+    verdict::doubt_unlike(&mut work);
+    work.connect()?;
     work.try_again()?;
-    work.connect();
+    verdict::doubt_unlike(&mut work);
+    work.connect()?;
     let refined = work.settle()?;
-    Ok(verdict::tell(&work, refined, &order))
+    Ok(verdict::tell(&work, refined, &order)?)
 }
 
 /// The first view is the gauge, to the last digit.
@@ -124,7 +129,22 @@ impl Work<'_> {
                 Err(NoSurface::Cancelled(cancelled)) => return Err(cancelled.into()),
             }
         }
+        self.keep_true_rims();
         Ok(())
+    }
+
+    /// Leaves rims where the sensor's own field of view ends out.
+    fn keep_true_rims(&mut self) {
+        let seen = || self.views.iter().zip(&self.surfaces).filter_map(|(view, s)| Some((view.sensor, s.as_ref()?)));
+        let side = FIELD_CELL * seen().map(|(_, s)| s.spacing).fold(0.0, f64::max);
+        let places = |s: &Surface| s.patches.iter().map(|p| p.centre).collect();
+        let seen: Vec<(Point3, Vec<Point3>)> = seen().map(|(sensor, s)| (sensor, places(s))).collect();
+        let field = Field::new(side, &seen);
+        for (view, surface) in self.views.iter().zip(&mut self.surfaces) {
+            if let Some(surface) = surface {
+                surface.keep_rims(|rim| field.sees_beyond(rim, &view.sensor));
+            }
+        }
     }
 
     /// Of views that are surfaces.
@@ -253,7 +273,7 @@ impl Work<'_> {
     }
 
     /// Poses of the connected views by the graph of pairs.
-    fn connect(&mut self) {
+    fn connect(&mut self) -> Result<(), Cancelled> {
         self.weights.clear();
         let members: Vec<usize> = self.main_part().into_iter().collect();
         let mut poses = self.first_poses(&members);
@@ -266,11 +286,12 @@ impl Work<'_> {
             .unzip();
         let middles: Vec<Point3> = members.iter().filter_map(|k| Some(self.surfaces[*k].as_ref()?.middle)).collect();
         let anchors = self.anchors(&members, &poses);
-        let weights = graph(&mut poses, &middles, &edges, &anchors);
+        let weights = graph(&mut poses, &middles, &edges, &anchors, &self.run)?;
         let weights = weights.unwrap_or_else(|| vec![1.0; edges.len()]);
         self.weights = pairs.into_iter().zip(weights).collect();
         self.poses = vec![None; self.views.len()];
         members.iter().zip(poses).for_each(|(k, pose)| self.poses[*k] = Some(pose));
+        Ok(())
     }
 
     pub(super) fn edge(&self, pair: &(usize, usize), a: usize, b: usize) -> Option<Edge> {
@@ -359,7 +380,16 @@ impl Work<'_> {
             .filter_map(|((a, b), tried)| {
                 let fitted = tried.fitted.as_ref()?;
                 let (scale, inflation) = (fitted.fit.scale, fitted.inflation);
-                Some(Joined { a: place(*a)?, b: place(*b)?, sample: &fitted.sample, scale, inflation })
+                let (rim_gain, rim_scale) = (fitted.rim_gain, fitted.rim_scale);
+                Some(Joined {
+                    a: place(*a)?,
+                    b: place(*b)?,
+                    sample: &fitted.sample,
+                    scale,
+                    inflation,
+                    rim_gain,
+                    rim_scale,
+                })
             })
             .collect();
         let anchors = self.anchors(members, poses);

@@ -11,6 +11,7 @@ use super::pairwise::{Ended, Fitted, Steps, Tried, Two, Way, iterate, register};
 use super::surface::Surface;
 use crate::fit::robust::TUKEY_WIDTH_SIGMAS;
 use crate::geometry::{Isometry3, Vector3};
+use crate::plan::short_number;
 use crate::run::{Cancelled, RunContext};
 use nalgebra::{Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -54,7 +55,9 @@ pub(super) fn search(scales: &Scales, options: &Options, run: &RunContext) -> Re
         .flatten()
         .map(|ended| (score(coarse, &ended.b_from_a, 0.5 * reach), ended.b_from_a))
         .collect();
-    let way = Way { width: 0.5 * reach, steps: Steps::Free, most_steps: FINE_STEPS };
+    let rim_gain = scales.fine.first_rim_gain(options);
+    let width = 0.5 * reach;
+    let way = Way { width, rim_width: width, rim_gain, steps: Steps::Free, most_steps: FINE_STEPS };
     let finished: Vec<Tried> = distinct(coarse, ends, 0.25 * reach, FINISHED)
         .par_iter()
         .map(|start| register(scales.fine, start, way, options, run))
@@ -69,7 +72,7 @@ fn follow(
     options: &Options,
     run: &RunContext,
 ) -> Result<Option<Ended>, Cancelled> {
-    let way = Way { width: reach, steps: Steps::Free, most_steps: COARSE_STEPS };
+    let way = Way { width: reach, rim_width: reach, rim_gain: 1.0, steps: Steps::Free, most_steps: COARSE_STEPS };
     iterate(coarse, &both(coarse, usize::MAX), start, way, options, run)
 }
 
@@ -171,10 +174,11 @@ fn apart(best: &Fitted, other: &Fitted) -> f64 {
 fn ambiguous(best: &Tried, other: &Tried, ratio: f64) -> String {
     let Some((best, other)) = best.fitted.as_ref().zip(other.fitted.as_ref()) else { return String::new() };
     let between = other.b_from_a * best.b_from_a.inverse();
-    let (angle, distance) = (between.rotation.angle().to_degrees(), (between * best.centre - best.centre).norm());
+    let (angle, distance) =
+        (between.rotation.angle().to_degrees(), short_number((between * best.centre - best.centre).norm()));
     let (ratio, limit) = (100.0 * ratio, 100.0 * MARGIN);
     format!(
-        "two poses explain them alike, {distance:.3e} and {angle:.2} degrees apart: the second one explains {ratio:.0} % of what the first one \
+        "two poses explain them alike, {distance} and {angle:.2} degrees apart: the second one explains {ratio:.0} % of what the first one \
          does, at most {limit:.0} % is allowed; give their poses"
     )
 }

@@ -4,12 +4,14 @@
 //! quadratic keeps curved surfaces where they are, where a mean would lie inside; and forty points tell a place better than one. Seeds are
 //! those that stand apart in the order of the points, so that they do not depend on how the view is turned.
 
+use super::rim::{Rim, rim_at};
 use crate::fit::robust::{SIGMA_OF_MAD, TUKEY_WIDTH_SIGMAS, median, tukey_weight};
 use crate::geometry::{Point3, Vector3, decompose};
 use crate::run::{Cancelled, RunContext};
 use crate::stitch::View;
 use crate::stitch::adaptive::{MergeError, Rank, survivors};
-use crate::stitch::cells::{Around, Cells};
+pub(super) use crate::stitch::cells::Around;
+use crate::stitch::cells::Cells;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;
@@ -23,6 +25,10 @@ const MOST_RADIUS_GRID: f64 = 7.0;
 const WANTED_NORMAL_RAD: f64 = 0.01;
 /// A larger radius must not scatter more than this, else it no longer follows the surface.
 const SAME_SCATTER: f64 = 1.15;
+/// Radius within which a rim is told: seven strips of points.
+const RIM_RADIUS_GRID: f64 = 6.0;
+/// Distance, in that radius, of the points that are asked for a rim: some must lie near enough to it.
+const RIM_SEEDS: f64 = 0.25;
 /// Distance of patches in their radius.
 const SPACING: f64 = 0.5;
 /// Standard deviation of normal residuals over the root of their mean square weighted by Tukey's biweight at its usual width.
@@ -59,6 +65,11 @@ pub(super) struct Patch {
 pub(super) struct Surface {
     pub patches: Vec<Patch>,
     tree: ImmutableKdTree<f64, 3>,
+    /// Places where it ends, in the sight of the sensor.
+    pub rims: Vec<Rim>,
+    rim_tree: Option<ImmutableKdTree<f64, 3>>,
+    /// Distance of points.
+    pub grid: f64,
     /// Least distance of patches.
     pub spacing: f64,
     /// Standard deviation of a point about its patch.
@@ -113,7 +124,30 @@ impl Surface {
                 "only {found} places of its {count} points lie on a surface, too few to register"
             )));
         }
-        Self::of_patches(patches, SPACING * radius, noise, count as f64)
+        let rims = rims(view, grid, run)?;
+        let mut surface = Self::of_patches(patches, SPACING * radius, noise, count as f64)?;
+        surface.grid = grid;
+        surface.set_rims(rims);
+        Ok(surface)
+    }
+
+    /// Keeps some of the rims.
+    pub(super) fn keep_rims(&mut self, keep: impl Fn(&Rim) -> bool) {
+        let kept = std::mem::take(&mut self.rims).into_iter().filter(keep).collect();
+        self.set_rims(kept);
+    }
+
+    fn set_rims(&mut self, rims: Vec<Rim>) {
+        let entries: Vec<[f64; 3]> = rims.iter().map(|rim| rim.centre.coords.into()).collect();
+        self.rim_tree = if rims.is_empty() { None } else { ImmutableKdTree::new_from_slice(&entries).ok() };
+        self.rims = rims;
+    }
+
+    /// The nearest rim.
+    pub(super) fn nearest_rim(&self, place: &Point3) -> Option<&Rim> {
+        let found =
+            self.rim_tree.as_ref()?.query(&place.coords.into()).nearest_one::<SquaredEuclidean<f64>>().execute();
+        self.rims.get(found.item as usize)
     }
 
     fn of_patches(patches: Vec<Patch>, spacing: f64, noise: f64, points: f64) -> Result<Self, NoSurface> {
@@ -123,7 +157,9 @@ impl Surface {
         let sum: Vector3 = patches.iter().map(|p| p.centre - patches[0].centre).sum();
         let middle = patches[0].centre + sum / count;
         let extent = (patches.iter().map(|p| (p.centre - middle).norm_squared()).sum::<f64>() / count).sqrt();
-        Ok(Self { points_of_patch: points / count, patches, tree, spacing, noise, middle, extent })
+        let points_of_patch = points / count;
+        let (rims, rim_tree) = (Vec::new(), None);
+        Ok(Self { points_of_patch, patches, tree, rims, rim_tree, grid: spacing, spacing, noise, middle, extent })
     }
 
     /// About that many of its patches, evenly spread: the same surface seen coarsely.
@@ -189,7 +225,20 @@ fn chosen_radius(view: &View, grid: f64, run: &RunContext) -> Result<f64, NoSurf
 
 /// Patches of a radius, in the order of the points; of about `most` seeds.
 fn patches(view: &View, radius: f64, most: usize, run: &RunContext) -> Result<Vec<Patch>, NoSurface> {
-    let mut seeds = apart(&view.positions, SPACING * radius, run)?;
+    at_seeds(view, [radius, SPACING * radius], most, run, |cells, k, around| {
+        patch_at(cells, k, around, radius, &view.sensor)
+    })
+}
+
+/// What is found within a radius about seeds that stand apart by a distance, in the order of the points; of about `most` seeds.
+fn at_seeds<T: Send>(
+    view: &View,
+    [radius, distance]: [f64; 2],
+    most: usize,
+    run: &RunContext,
+    find: impl Fn(&Cells, usize, &Around) -> Option<T> + Sync,
+) -> Result<Vec<T>, NoSurface> {
+    let mut seeds = apart(&view.positions, distance, run)?;
     if seeds.len() > most {
         seeds = seeds.iter().step_by(seeds.len() / most).copied().collect();
     }
@@ -200,20 +249,34 @@ fn patches(view: &View, radius: f64, most: usize, run: &RunContext) -> Result<Ve
         cells.walk(0).filter(|(cell, _)| cells.points(*cell).any(|k| is_seed[cells.order[k] as usize])).collect();
     let of_cell = |(cell, around): (usize, Around)| {
         let seeds = cells.points(cell).filter(|k| is_seed[cells.order[*k] as usize]);
-        let patch = |k: usize| Some((cells.order[k], patch_at(&cells, k, &around, radius, &view.sensor)?));
-        seeds.filter_map(patch).collect::<Vec<_>>()
+        let one = |k: usize| Some((cells.order[k], find(&cells, k, &around)?));
+        seeds.filter_map(one).collect::<Vec<_>>()
     };
-    let mut found: Vec<(u32, Patch)> = wanted.into_par_iter().flat_map_iter(of_cell).collect();
+    let mut found: Vec<(u32, T)> = wanted.into_par_iter().flat_map_iter(of_cell).collect();
     found.sort_unstable_by_key(|(k, _)| *k);
-    Ok(found.into_iter().map(|(_, patch)| patch).collect())
+    Ok(found.into_iter().map(|(_, one)| one).collect())
+}
+
+/// Rims of the surface, apart from each other, in the order of the points that tell of them.
+fn rims(view: &View, grid: f64, run: &RunContext) -> Result<Vec<Rim>, NoSurface> {
+    let radius = RIM_RADIUS_GRID * grid;
+    let rim = |cells: &Cells, k: usize, around: &Around| rim_at(cells, k, around, radius, grid, &view.sensor);
+    let found: Vec<Rim> = at_seeds(view, [radius, RIM_SEEDS * radius], usize::MAX, run, rim)?;
+    let centres: Vec<Point3> = found.iter().map(|rim| rim.centre).collect();
+    Ok(apart(&centres, SPACING * radius, run)?.into_iter().map(|k| found[k as usize]).collect())
+}
+
+/// Where the points within a radius of a point lie beside it.
+pub(super) fn near_points(cells: &Cells, k: usize, around: &Around, radius: f64) -> Vec<Vector3> {
+    let at = cells.positions[k];
+    let within = |d: &Vector3| d.norm_squared() <= radius * radius;
+    around.points().map(|j| cells.positions[j] - at).filter(within).collect()
 }
 
 /// The patch about a point.
 fn patch_at(cells: &Cells, k: usize, around: &Around, radius: f64, sensor: &Point3) -> Option<Patch> {
     let at = cells.positions[k];
-    let within = |d: &Vector3| d.norm_squared() <= radius * radius;
-    let near: Vec<Vector3> =
-        around.points().map(|j| (cells.positions[j], cells.order[j])).map(|(p, _)| p - at).filter(within).collect();
+    let near = near_points(cells, k, around, radius);
     if near.len() < LEAST_POINTS {
         return None;
     }

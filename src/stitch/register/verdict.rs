@@ -8,9 +8,12 @@ use super::network::{Between, Edge, LEAST_WEIGHT};
 use super::pairwise::{Fit, LEAST_AGREEMENT, fit_of};
 use super::pipeline::Work;
 use super::result::{Cycle, Gauge, LeftOut, Pair, PairState, Placed, Registration, ViewOutcome, Weak};
+use super::sight::{Says, Sight, of_rims};
+use super::surface::Surface;
 use super::weak::weak_motions;
 use crate::fit::robust::median;
 use crate::geometry::Isometry3;
+use crate::plan::short_number;
 use crate::run::Cancelled;
 use nalgebra::Matrix6;
 use rayon::prelude::*;
@@ -19,8 +22,42 @@ use rayon::prelude::*;
 const JUDGED: usize = 3000;
 /// A view that hangs on one pair alone must not move further than this many standard deviations of its prior.
 const MOST_SIGMAS: f64 = 6.0;
+/// What disagrees with a view's neighbours may be so many times what is usual, and this share in any case.
+const UNUSUAL: f64 = 5.0;
+const LEAST_UNUSUAL: f64 = 0.1;
+/// Views of which nine of ten tell what is usual.
+const MANY: usize = 20;
+/// Surfaces of a pair differ by no more than so many times what the first quarter of all pairs does, or by no more than the noise of a point.
+const MOST_UNLIKE: f64 = 3.0;
+/// A motion that is held no better than to so many times the noise of a point, one standard deviation, is weak: it shows among single points.
+const WEAK_NOISES: f64 = 2.0;
 /// Pairs named in the reason of a view that is left out.
 const NAMED: usize = 2;
+
+/// Does not believe pairs whose surfaces differ much more than usual: a robust fit of a plane to a cylinder leaves less than points
+/// scatter by, and several times what two views of one surface do. Pairs of a wrong view do not tell what is usual.
+pub(super) fn doubt_unlike(work: &mut Work) {
+    let fits = || work.tried.iter().filter_map(|(pair, t)| Some((*pair, t.fitted.as_ref()?.fit.scale)));
+    let mut scales: Vec<f64> = fits().map(|(_, scale)| scale).collect();
+    scales.sort_by(f64::total_cmp);
+    let Some(usual) = scales.get(scales.len().saturating_sub(1) / 4).copied() else { return };
+    let most = |pair: (usize, usize)| Some(work.two(pair.0, pair.1)?.noise(&work.options).max(MOST_UNLIKE * usual));
+    let doubt = |(pair, scale): ((usize, usize), f64)| {
+        (scale > most(pair)?).then(|| {
+            let (scale, usual) = (short_number(scale), short_number(usual));
+            (
+                pair,
+                format!(
+                    "their surfaces differ by {scale} (one standard deviation), those of many other pairs by {usual}"
+                ),
+            )
+        })
+    };
+    let doubted: Vec<((usize, usize), String)> = fits().filter_map(doubt).collect();
+    for (pair, why) in doubted {
+        work.tried.entry(pair).and_modify(|tried| _ = tried.why_not.get_or_insert(why));
+    }
+}
 
 /// How a pair lies in the final poses.
 pub(super) fn final_fit(work: &Work, pair: &(usize, usize)) -> Option<Fit> {
@@ -44,19 +81,61 @@ pub(super) fn worst(work: &Work) -> Result<Option<(usize, String)>, Cancelled> {
         return Ok(None);
     }
     let mut worst: Option<(f64, usize)> = None;
-    for (view, (agreement, _)) in agreements(work).into_iter().enumerate() {
-        if agreement < LEAST_AGREEMENT && worst.is_none_or(|(least, _)| agreement < least) {
+    let agreements = agreements(work);
+    let least = least_agreement(&agreements);
+    for (view, (agreement, _)) in agreements.into_iter().enumerate() {
+        if agreement < least && worst.is_none_or(|(least, _)| agreement < least) {
             worst = Some((agreement, view));
         }
     }
     if let Some((agreement, view)) = worst {
-        let (found, least) = (100.0 * agreement, 100.0 * LEAST_AGREEMENT);
+        let (found, least) = (100.0 * agreement, 100.0 * least);
         let why = format!(
             "only {found:.0} % of what its neighbours see in the same place agrees with it, expected at least {least:.0} %"
         );
         return Ok(Some((view, why)));
     }
+    if let Some(seen_through) = seen_through(work) {
+        return Ok(Some(seen_through));
+    }
     Ok((0..work.views.len()).find_map(|view| Some((view, strayed(work, view)?))))
+}
+
+/// The share that must agree: what disagrees may be several times what it is in nine of ten views, within limits. Of a few views one may be
+/// wrong, so that the middle one of them is usual.
+fn least_agreement(agreements: &[(f64, usize)]) -> f64 {
+    let mut off: Vec<f64> = agreements.iter().map(|(agreement, _)| 1.0 - agreement).filter(|d| d.is_finite()).collect();
+    off.sort_by(f64::total_cmp);
+    let usual = if off.len() < MANY { off.len() / 2 } else { off.len() * 9 / 10 };
+    let usual = off.get(usual).copied().unwrap_or(1.0);
+    1.0 - (UNUSUAL * usual).clamp(LEAST_UNUSUAL, 1.0 - LEAST_AGREEMENT)
+}
+
+/// The view that has a surface where most of the rims speak against it that several others confirm. Rims that are contradicted by more views than
+/// confirm them are those of shadows, or of the view that is wrong.
+fn seen_through(work: &Work) -> Option<(usize, String)> {
+    let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
+    let both: Vec<(usize, usize)> = near.iter().flat_map(|(a, b)| [(*a, *b), (*b, *a)]).collect();
+    let says = |(own, other): &(usize, usize)| {
+        let other_from_own = work.poses[*other]?.inverse() * work.poses[*own]?;
+        let (own, other) = (work.surfaces[*own].as_ref()?, work.surfaces[*other].as_ref()?);
+        Some(of_rims(own, other, &other_from_own))
+    };
+    let said: Vec<Option<Vec<Says>>> = both.par_iter().map(says).collect();
+    let rims = |view: &Option<Surface>| view.as_ref().map_or(0, |s| s.rims.len());
+    let mut of_rim: Vec<Vec<Sight>> = work.surfaces.iter().map(|s| vec![Sight::default(); rims(s)]).collect();
+    for ((own, _), said) in both.iter().zip(&said) {
+        said.iter().flatten().zip(&mut of_rim[*own]).for_each(|(says, sight)| sight.count(*says));
+    }
+    let mut of_view = vec![Sight::default(); work.views.len()];
+    for ((own, other), said) in both.iter().zip(&said) {
+        let confirmed = |sight: &Sight| sight.agree > 0 && sight.agree >= sight.against;
+        let counts = said.iter().flatten().zip(&of_rim[*own]).filter(|(_, sight)| confirmed(sight));
+        counts.for_each(|(says, _)| of_view[*other].count(*says));
+    }
+    let doubtful = of_view.iter().enumerate().filter_map(|(view, s)| Some((s.against, view, s.doubt()?)));
+    let worst = doubtful.max_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(&a.1)))?;
+    Some((worst.1, worst.2))
 }
 
 /// Of each view the share of what it and its neighbours see in the same place that agrees, and how many neighbours.
@@ -90,8 +169,9 @@ fn strayed(work: &Work, view: usize) -> Option<String> {
     let (moved, turned) = moved(work, view, &pose)?;
     let sigmas = (moved / prior.translation_sigma).max(turned / prior.rotation_sigma_rad);
     (sigmas > MOST_SIGMAS).then(|| {
+        let moved = short_number(moved);
         format!(
-            "it fits {} only, and there it lies {moved:.3e} and {:.2} degrees off its given pose, {sigmas:.0} standard deviations of it",
+            "it fits {} only, and there it lies {moved} and {:.2} degrees off its given pose, {sigmas:.0} standard deviations of it",
             work.views[other].name,
             turned.to_degrees()
         )
@@ -105,9 +185,9 @@ fn moved(work: &Work, view: usize, pose: &Isometry3) -> Option<(f64, f64)> {
 }
 
 /// All of it. `order`: of each view by name its place in the order given.
-pub(super) fn tell(work: &Work, refined: Option<Refined>, order: &[usize]) -> Registration {
+pub(super) fn tell(work: &Work, refined: Option<Refined>, order: &[usize]) -> Result<Registration, Cancelled> {
     let members: Vec<usize> = (0..work.views.len()).filter(|k| work.poses[*k].is_some()).collect();
-    let covariances = refined.as_ref().map(|r| r.solved.covariances()).unwrap_or_default();
+    let covariances = refined.as_ref().map(|r| r.solved.factor.covariances(&work.run)).transpose()?.unwrap_or_default();
     let between = refined.map(|r| r.between).unwrap_or_default();
     let any_prior = members.iter().any(|k| work.priors[*k].is_some());
     let agreements = agreements(work);
@@ -124,14 +204,14 @@ pub(super) fn tell(work: &Work, refined: Option<Refined>, order: &[usize]) -> Re
         Some(first) if !any_prior => Gauge::View(order[*first]),
         _ => Gauge::Priors,
     };
-    Registration {
+    Ok(Registration {
         views: views.into_iter().flatten().collect(),
         pairs: pairs(work, order),
         cycles: cycles(work, &members, order),
         weak: weak(work, &members, &between, order),
         gauge,
         noise: work.options.noise.or_else(|| median(&mut noises)).unwrap_or(0.0),
-    }
+    })
 }
 
 fn outcome(work: &Work, view: usize, covariance: Matrix6<f64>, agreement: f64) -> ViewOutcome {
@@ -179,9 +259,9 @@ fn reason(work: &Work, view: usize) -> String {
     let count = tried.len();
     let named =
         tried.iter().take(NAMED).map(|pair| format!("with {}: {}", work.views[other(pair)].name, why(work, pair)));
-    let named: Vec<String> = named.collect();
-    let more = if count > NAMED { format!("; and {} more pairs", count - NAMED) } else { String::new() };
-    format!("it fits none of the others: {}{more}", named.join("; "))
+    let more = (count > NAMED).then(|| format!("{} more pairs", count - NAMED));
+    let named: Vec<String> = named.chain(more).collect();
+    format!("it fits none of the others: {}", named.join("; "))
 }
 
 /// Why a pair is not used.
@@ -197,7 +277,8 @@ fn why(work: &Work, pair: &(usize, usize)) -> String {
     });
     match (off, work.weights.get(pair)) {
         (Some((shift, turn)), Some(weight)) if *weight < LEAST_WEIGHT => {
-            format!("it contradicts the other pairs by {shift:.3e} and {turn:.3} degrees (weight {weight:.2})")
+            let shift = short_number(shift);
+            format!("it contradicts the other pairs by {shift} and {turn:.3} degrees (weight {weight:.2})")
         }
         (None, Some(weight)) if *weight < LEAST_WEIGHT => {
             format!("it contradicts the other pairs (weight {weight:.2})")
@@ -243,7 +324,7 @@ fn weak(work: &Work, members: &[usize], between: &[Between], order: &[usize]) ->
     let of_view = |(at, view): (usize, &usize)| {
         let surface = work.surfaces[*view].as_ref()?;
         let pose = work.poses[*view]?;
-        let limit = work.options.noise.unwrap_or(surface.noise).max(1e-6 * surface.extent);
+        let limit = WEAK_NOISES * work.options.noise.unwrap_or(surface.noise).max(1e-6 * surface.extent);
         let name = &work.views[*view].name;
         let found = weak_motions(name, at, surface, &pose, between, work.priors[*view].as_ref(), limit);
         let weak = |m: super::weak::WeakMotion| Weak { view: order[*view], uncertainty: m.uncertainty, words: m.words };

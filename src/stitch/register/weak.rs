@@ -6,6 +6,7 @@ use super::network::Between;
 use super::surface::Surface;
 use crate::fit::hold::{Named, Twist};
 use crate::geometry::{Isometry3, Point3, Vector3, decompose};
+use crate::plan::short_number;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector6};
 
 /// Held weaker than this share of the view's size a motion is not held at all.
@@ -58,10 +59,10 @@ pub(super) fn weak_motions(
         .collect();
     out.extend(loose.iter().map(|k| {
         let u = uncertainty(*k);
-        let words = in_words(&motion(k), &middle, size);
+        let (words, told) = (in_words(&motion(k), &middle, size), short_number(u));
         WeakMotion {
             uncertainty: u,
-            words: format!("{name}: its neighbours hold a {words} to {u:.2e} only; {}", holder(prior, limit)),
+            words: format!("{name}: its neighbours hold a {words} to {told} only; {}", holder(prior, limit)),
         }
     }));
     out
@@ -70,11 +71,13 @@ pub(super) fn weak_motions(
 fn holder(prior: Option<&Prior>, limit: f64) -> String {
     match prior {
         Some(prior) => {
-            let (shift, turn) = (prior.translation_sigma, prior.rotation_sigma_rad.to_degrees());
-            format!("its pose as given before holds it, to {shift:.2e} and {turn:.2e} degrees")
+            let (shift, turn) =
+                (short_number(prior.translation_sigma), short_number(prior.rotation_sigma_rad.to_degrees()));
+            format!("its pose as given before holds it, to {shift} and {turn} degrees")
         }
         None => {
-            format!("nothing else holds it (single points are known to {limit:.2e}): give poses, or a view across it")
+            let limit = short_number(limit);
+            format!("nothing else holds it (single points are known to {limit}): give poses, or a view across it")
         }
     }
 }
