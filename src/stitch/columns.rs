@@ -70,27 +70,32 @@ pub fn complete(
         }
         run.check()?;
         let missing = |needs: &str, help: &str| {
-            let message = format!("{}: {} has no column {}{needs}", asked.words, measured.view.name, metric.key());
+            let (view, column) = (&measured.view.name, metric.key());
+            let words = match needs {
+                "" => format!("{view} has no column {column}"),
+                _ => format!("{view} has no column {column}, and {needs}"),
+            };
+            let message = format!("{}: {words}", asked.words);
             StitchError::from(Diagnostic::error(message).in_file(&plan.path).at_line(asked.line).with_help(help))
         };
         match metric {
             Metric::Attenuation => {
                 let strength = measured.view.columns.get(&Metric::Strength);
                 let Some((a, b)) = measured.background.as_ref().zip(strength) else {
-                    return Err(missing(", and not both a and b, of which it is made", OTHER_METRIC));
+                    return Err(missing("not both a and b, of which it is made", OTHER_METRIC));
                 };
                 let values = a.iter().zip(b).map(|(a, b)| attenuation(*a, *b)).collect();
                 measured.view.columns.insert(Metric::Attenuation, values);
             }
             Metric::CalibrationDistance | Metric::Reprojection | Metric::Density => {
                 let Some(camera) = &tools.camera else {
-                    return Err(missing(", and [calibration] names no camera features", CALIBRATION));
+                    return Err(missing("[calibration] names no camera features", CALIBRATION));
                 };
                 by_calibration(&mut measured.view, *metric, camera, run)?;
             }
             Metric::CalibrationDistanceProjector => {
                 let Some(projector) = &tools.projector else {
-                    return Err(missing(", and [calibration] names no projector features", CALIBRATION));
+                    return Err(missing("[calibration] names no projector features", CALIBRATION));
                 };
                 by_calibration(&mut measured.view, *metric, projector, run)?;
             }

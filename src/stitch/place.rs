@@ -1,9 +1,9 @@
 //! Where the views lie: their poses before, refined by registration.
 
 use super::condition::{Conditioned, PointCounts};
-use super::register::{Options, Prior, RegisterError, Registration, ViewOutcome, register_from};
+use super::register::{Gauge, Options, Prior, RegisterError, Registration, ViewOutcome, register_from};
 use super::shelf::{InMemory, Shelf, ViewFacts};
-use super::units::check_poses;
+use super::units::{check_poses, check_sizes};
 use super::{StitchError, View};
 use crate::diagnostic::Diagnostic;
 use crate::fit::robust::median;
@@ -83,6 +83,8 @@ impl PlacedViews {
 const TRANSLATION_SIGMA: f64 = 0.01;
 /// The same of a turn, rad: half a degree.
 const ROTATION_SIGMA_RAD: f64 = 0.0087;
+/// What agrees less than this is told.
+const USUAL_AGREEMENT: f64 = 0.95;
 /// Fewer views than this make nothing to merge.
 const LEAST_VIEWS: usize = 2;
 
@@ -112,7 +114,9 @@ pub fn place_from(
     run: &RunContext,
 ) -> Result<PlacedViews, StitchError> {
     assert_eq!(ready.len(), facts.len(), "facts of every view");
+    check_sizes(plan, &ready, facts)?;
     let mut warnings = check_poses(plan, &ready, facts)?;
+    warnings.extend(check_cad(plan, &ready)?);
     run.enter(Stage::Register)?;
     let (mut views, mut indices, mut counts, mut starts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for one in ready {
@@ -128,7 +132,10 @@ pub fn place_from(
     } else {
         (as_before(plan, &counts, &starts, facts), None)
     };
-    warnings.extend(registration.as_ref().and_then(weak_words));
+    if let Some(registration) = &registration {
+        warnings.extend(weak_words(registration));
+        warnings.extend(disagreeing(&views, registration));
+    }
     let placed: Vec<usize> = (0..views.len()).filter(|k| outcomes[*k].world_from_view().is_some()).collect();
     if placed.len() < LEAST_VIEWS {
         return Err(too_few(plan, &views, &outcomes).into());
@@ -139,6 +146,26 @@ pub fn place_from(
     };
     let (d_grid, size) = (of_placed(|facts| facts.d_grid.unwrap_or(f64::NAN)), of_placed(|facts| facts.size));
     Ok(PlacedViews { views, indices, counts, outcomes, registration, d_grid, size, warnings })
+}
+
+/// Holds what the CAD gave against what was asked of it; also which views it did not place.
+fn check_cad(plan: &MergePlan, ready: &[Ready]) -> Result<Option<String>, StitchError> {
+    let refused = |one: &Ready| match &one.start {
+        Err(NoStart::Refused(why)) => Some(format!("{}: {why}", one.conditioned.view.name)),
+        _ => None,
+    };
+    let refused: Vec<String> = ready.iter().filter_map(refused).collect();
+    let (Some(first), count, all) = (refused.first(), refused.len(), ready.len()) else { return Ok(None) };
+    if count == all {
+        let help = "a view has to show at least half of what the CAD has on that side: give poses for smaller ones";
+        let message = format!("the CAD places none of the views; {first}");
+        return Err(Diagnostic::error(message)
+            .in_file(&plan.path)
+            .at_line(plan.views.folder.line)
+            .with_help(help)
+            .into());
+    }
+    Ok(Some(format!("the CAD places {} of {all} views, the others hang on these; {first}", all - count)))
 }
 
 /// The poses before: registration is off.
@@ -202,8 +229,27 @@ fn weak_words(registration: &Registration) -> Option<String> {
     let views: std::collections::BTreeSet<usize> = registration.weak.iter().map(|weak| weak.view).collect();
     (!views.is_empty()).then(|| {
         let views = if views.len() == 1 { "one view".to_owned() } else { format!("{} views", views.len()) };
-        format!("the overlaps do not hold every motion of {views}, what is known before does (`weak` in the report tells how well)")
+        if registration.gauge == Gauge::Priors {
+            format!("the overlaps do not hold every motion of {views}, what is known before does (`weak` in the report tells how well)")
+        } else {
+            format!("the overlaps do not hold every motion of {views}, and no poses are known that would (`weak` in the report tells which)")
+        }
     })
+}
+
+/// Views that stay in the cloud though what others see in the same place is not all like it.
+fn disagreeing(views: &[View], registration: &Registration) -> Vec<String> {
+    let placed = |(view, outcome): (&View, &ViewOutcome)| {
+        let agreement = outcome.placed()?.agreement;
+        (agreement < USUAL_AGREEMENT).then(|| {
+            let percent = 100.0 * agreement;
+            format!(
+                "{}: only {percent:.0} % of what its neighbours see in the same place agrees with it: one of them may show something else",
+                view.name
+            )
+        })
+    };
+    views.iter().zip(&registration.views).filter_map(placed).collect()
 }
 
 fn too_few(plan: &MergePlan, views: &[View], outcomes: &[Outcome]) -> Diagnostic {
@@ -218,11 +264,9 @@ fn too_few(plan: &MergePlan, views: &[View], outcomes: &[Outcome]) -> Diagnostic
         reasons.push(format!("{more} more"));
     }
     let placed = outcomes.iter().filter(|outcome| outcome.world_from_view().is_some()).count();
-    let reasons = if reasons.is_empty() { String::new() } else { format!("; {}", reasons.join("; ")) };
-    let message = format!("found {placed} view with a place, expected two or more to merge{reasons}");
+    let found = if placed == 0 { "no view" } else { "one view" };
+    let message = format!("found {found} with a place, expected two or more to merge");
+    let message = [message].into_iter().chain(reasons).collect::<Vec<_>>().join("; ");
     let help = "views must overlap and be pre-aligned well enough: check [views] prealign and poses, and the masks";
-    Diagnostic::error(message.replace("0 view ", "no view "))
-        .in_file(&plan.path)
-        .at_line(plan.views.folder.line)
-        .with_help(help)
+    Diagnostic::error(message).in_file(&plan.path).at_line(plan.views.folder.line).with_help(help)
 }

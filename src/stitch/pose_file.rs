@@ -42,10 +42,11 @@ pub fn poses(bytes: &[u8], views: &[String]) -> Result<Vec<Isometry3>, Diagnosti
     let missing: Vec<&str> =
         poses.iter().zip(views).filter(|(pose, _)| pose.is_none()).map(|(_, name)| name.as_str()).collect();
     if let Some(first) = poses.iter().position(Option::is_none) {
-        let more = if missing.len() > NAMED { format!(" and {} more", missing.len() - NAMED) } else { String::new() };
         let names = missing[..missing.len().min(NAMED)].join(", ");
+        let more = missing.len().saturating_sub(NAMED);
+        let names = if more > 0 { format!("{names} and {more} more") } else { names };
         let message = format!(
-            "found no pose of {names}{more}, expected one of each of the {} views (the first missing index is {first})",
+            "found no pose of {names}, expected one of each of the {} views (the first missing index is {first})",
             views.len()
         );
         return Err(

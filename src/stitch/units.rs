@@ -5,6 +5,7 @@ use super::calibration::Calibration;
 use super::place::Ready;
 use super::shelf::ViewFacts;
 use crate::diagnostic::Diagnostic;
+use crate::fit::robust::median;
 use crate::geometry::Point3;
 use crate::io::unit_guard::robust_diagonal_mm;
 use crate::plan::merge::{MergePlan, MergeRadius, NamedFile, Prealign};
@@ -18,12 +19,14 @@ pub fn size(points: &[Point3]) -> f64 {
     robust_diagonal_mm(points, &all).unwrap_or(0.0)
 }
 
-/// `about 1000 times larger` where units explain a ratio, else nothing.
-fn factor_words(ratio: f64) -> &'static str {
+/// Words, and what units explain a ratio if any do.
+fn with_factor(words: String, ratio: f64) -> String {
     match ratio {
-        r if (500.0..2000.0).contains(&r) => " (about 1000 times: mm for um, or m for mm?)",
-        r if (1.0 / 2000.0..1.0 / 500.0).contains(&r) => " (about a thousandth: um for mm, or mm for m?)",
-        _ => "",
+        r if (500.0..2000.0).contains(&r) => format!("{words} (about 1000 times: mm for um, or m for mm?)"),
+        r if (1.0 / 2000.0..1.0 / 500.0).contains(&r) => {
+            format!("{words} (about a thousandth: um for mm, or mm for m?)")
+        }
+        _ => words,
     }
 }
 
@@ -47,7 +50,7 @@ pub(super) fn check_radius(plan: &MergePlan, d_s: f64, d_grid: f64, size: f64) -
         }
         _ => return Ok(()),
     };
-    let message = format!("[merge] radius: {words}, expected one to five times that distance{}", factor_words(ratio));
+    let message = with_factor(format!("[merge] radius: {words}, expected one to five times that distance"), ratio);
     let help =
         format!("radius is in the unit of the views: check `unit` ({unit}) and the number, or write radius_grid = 2.0");
     Err(Diagnostic::error(message).in_file(&plan.path).at_line(plan.merge.radius.line).with_help(help).into())
@@ -59,13 +62,13 @@ pub(super) fn feature_warnings(plan: &MergePlan, size: f64) -> Vec<String> {
     let warn = |feature: &crate::plan::merge::MergeFeature| {
         let ratio = feature.radius? / size;
         (!(1.0 / UNLIKE..=UNLIKE).contains(&ratio)).then(|| {
-            format!(
-                "the radius of {} is {} {unit} and the views measure {} {unit} across{}: check `unit`",
+            let words = format!(
+                "the radius of {} is {} {unit} and the views measure {} {unit} across: check `unit`",
                 feature.name,
                 told(ratio * size),
-                told(size),
-                factor_words(ratio)
-            )
+                told(size)
+            );
+            with_factor(words, ratio)
         })
     };
     plan.features.iter().filter_map(warn).collect()
@@ -85,14 +88,43 @@ pub fn check_calibration(
     }
     let unit = plan.unit.key();
     let message = format!(
-        "[calibration]: the features of {} measure {} {unit} across and a view {} {unit}, expected about the same{}",
+        "[calibration]: the features of {} measure {} {unit} across and a view {} {unit}, expected about the same",
         file.file,
         told(features),
-        told(view),
-        factor_words(ratio)
+        told(view)
     );
+    let message = with_factor(message, ratio);
     let help = format!("both are read in `unit` ({unit}): export the features in the unit of the views");
     Err(Diagnostic::error(message).in_file(&plan.path).at_line(file.line).with_help(help).into())
+}
+
+/// Holds the views' sizes against each other: a view in another unit would be a speck among the others, or they in it.
+pub(super) fn check_sizes(plan: &MergePlan, ready: &[Ready], facts: &[ViewFacts]) -> Result<(), StitchError> {
+    let mut sizes: Vec<f64> = facts.iter().map(|facts| facts.size).collect();
+    let Some(usual) = median(&mut sizes) else { return Ok(()) };
+    let unit = plan.unit.key();
+    for (one, facts) in ready.iter().zip(facts) {
+        let ratio = facts.size / usual;
+        let message = format!(
+            "{} measures {} {unit} across and the middle one of the views {} {unit}",
+            one.conditioned.view.name,
+            told(facts.size),
+            told(usual)
+        );
+        let with_unit = with_factor(message.clone(), ratio);
+        // Sizes that no units explain are those of small views.
+        if with_unit != message && facts.d_grid.is_some() {
+            let help = format!(
+                "all views are read in `unit` ({unit}): export this one again, or leave it out by [views] pattern"
+            );
+            return Err(Diagnostic::error(with_unit)
+                .in_file(&plan.path)
+                .at_line(plan.views.folder.line)
+                .with_help(help)
+                .into());
+        }
+    }
+    Ok(())
 }
 
 /// Holds the poses against the views' size; also what is odd about them.
@@ -111,11 +143,11 @@ pub(super) fn check_poses(plan: &MergePlan, ready: &[Ready], facts: &[ViewFacts]
     if spread > UNLIKE * count * largest {
         let ratio = spread / (count * largest);
         let message = format!(
-            "the poses put the {count} views {} {unit} apart, and the largest measures {} {unit}{}",
+            "the poses put the {count} views {} {unit} apart, and the largest measures {} {unit}",
             told(spread),
-            told(largest),
-            factor_words(ratio)
+            told(largest)
         );
+        let message = with_factor(message, ratio);
         let help = format!("t is in the unit of the views: check `unit` ({unit}) and the poses");
         return Err(Diagnostic::error(message).in_file(&file.path).with_help(help).into());
     }

@@ -21,6 +21,7 @@ mod measure_hostile;
 mod measure_rims;
 mod merge;
 mod merge_files;
+mod merge_cad;
 mod merge_parts;
 mod nist_fits;
 mod pose_sweep;

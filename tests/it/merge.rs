@@ -281,7 +281,7 @@ fn plain(views: &Views) {
 
 #[test]
 fn what_cannot_be_merged_is_told_with_place_and_help_and_leaves_no_file() {
-    let faults: [(&str, Break, &[&str]); 17] = [
+    let faults: [(&str, Break, &[&str]); 18] = [
         (
             "a mask without its column",
             |v| {
@@ -353,6 +353,11 @@ fn what_cannot_be_merged_is_told_with_place_and_help_and_leaves_no_file() {
                 v.write("views.json", &poses.to_string());
             },
             &["views.json: the poses put the 3 views", "check `unit` (um)"],
+        ),
+        (
+            "a view in another unit",
+            |v| v.write_view(1, &["d_cal"], 1e-3),
+            &["view_01.ply measures", "(about a thousandth", "export this one again"],
         ),
         (
             "features in another unit",
@@ -437,7 +442,7 @@ fn empty_pixels_are_skipped_and_counted() {
     );
 }
 
-/// Poses off by 8 µm and half a degree, as a stage's may be.
+/// Poses off by up to 9.4 µm and a degree, as a stage's may be; the settings tell so.
 #[test]
 fn views_are_registered_on_their_overlaps() {
     let views = Views::new();
@@ -450,7 +455,9 @@ fn views_are_registered_on_their_overlaps() {
         *view = pose_json_of(k, &(pose(k) * off));
     }
     views.write("views.json", &poses.to_string());
-    let text = std::fs::read_to_string(views.path("merge.toml")).unwrap().replace("enabled = false", "enabled = true");
+    let text = std::fs::read_to_string(views.path("merge.toml"))
+        .unwrap()
+        .replace("enabled = false", "enabled = true\ntranslation_sigma = 10.0\nrotation_sigma_deg = 1.0");
     views.write("merge.toml", &text);
     let ran = views.run(&[]);
     ran.assert_ended(0, &[]);
@@ -475,7 +482,7 @@ fn pose_json_of(index: usize, pose: &Isometry3) -> Value {
     json!({"index": index, "approx": {"R": rows, "t": t}})
 }
 
-fn read_pose(value: &Value) -> Isometry3 {
+pub fn read_pose(value: &Value) -> Isometry3 {
     let numbers = |v: &Value| -> Vec<f64> { v.as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect() };
     let rows: Vec<Vec<f64>> = value["R"].as_array().unwrap().iter().map(numbers).collect();
     let m = |i: usize| Vector3::new(rows[0][i], rows[1][i], rows[2][i]);
