@@ -6,7 +6,7 @@ use crate::plan::short_number;
 use crate::report::pdf::merge::FeatureRow;
 use crate::run::{RunContext, Stage};
 use crate::stitch::feature::FeatureFit;
-use crate::stitch::wear::Wear;
+use crate::stitch::wear::{Verdict, Wear};
 use crate::stitch::{MergeResult, PointCounts, StitchError, ViewEnd, ViewFile};
 use crate::worker::StopSwitch;
 use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
@@ -157,13 +157,29 @@ fn feature_line(row: &FeatureRow, unit: &str) -> String {
 /// What was found of wear, in one line.
 fn wear_line(wear: &Wear, unit: &str) -> String {
     let measured = wear.difference.len() - wear.not_measured;
-    let regions = match wear.regions.first() {
-        None => "no region differs".to_owned(),
-        Some(largest) => {
-            format!("{} regions differ, the largest by {:+.3} {unit} on average", wear.regions.len(), largest.mean)
-        }
+    let number = short_number;
+    let regions = wear.regions.first().map(|largest| {
+        let blurred = if largest.blurred { ", blurred" } else { "" };
+        format!(
+            "{} regions differ, the largest by {:+.3} {unit} (u {}) on average over {} {unit}² (u {}){blurred}",
+            wear.regions.len(),
+            largest.mean,
+            number(largest.mean_u),
+            number(largest.area),
+            number(largest.area_u)
+        )
+    });
+    let told = match (&wear.verdict, regions) {
+        (Verdict::CannotBeTold(doubt), None) => format!("cannot be told: {}", doubt.words(unit)),
+        (Verdict::CannotBeTold(doubt), Some(regions)) => format!("cannot be told: {}\t{regions}", doubt.words(unit)),
+        (_, Some(regions)) => regions,
+        (_, None) => format!("no region differs by {} {unit} or more", number(wear.least_difference)),
     };
-    format!("wear\t{regions}\t{measured} points compared, {} not measured", wear.not_measured)
+    format!(
+        "wear\t{told}\t{measured} points compared, {} not measured\tfitted by moving up to {} {unit}",
+        wear.not_measured,
+        number(wear.fit.moved)
+    )
 }
 
 fn view_line(result: &MergeResult, view: &ViewFile, points_out: usize) -> String {

@@ -8,7 +8,7 @@ use crate::geometry::Isometry3;
 use crate::plan::merge::{Judge, MergePlan};
 use crate::stitch::feature::FeatureFit;
 use crate::stitch::register::{Cycle, Pair, PairState, Placed, Registration, Weak};
-use crate::stitch::wear::{Wear, WornRegion};
+use crate::stitch::wear::{Verdict, Wear, WornRegion};
 use crate::stitch::{FileIdentity, MergeResult, PointCounts, ViewEnd, ViewFile};
 use serde::Serialize;
 
@@ -70,7 +70,7 @@ enum FitJson<'a> {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum ComparedJson<'a> {
-    Told(WearJson<'a>),
+    Told(Box<WearJson<'a>>),
     Not { compare_with: &'a str, reason: &'a str },
 }
 
@@ -78,14 +78,22 @@ enum ComparedJson<'a> {
 #[derive(Serialize)]
 struct WearJson<'a> {
     compare_with: &'a str,
+    verdict: &'static str,
+    doubt: Option<&'static str>,
+    reason: Option<String>,
     old_from_new: PoseJson,
+    moved: f64,
     free_motions: usize,
+    as_before: f64,
+    otherwise: f64,
     radius: f64,
+    least_radius: f64,
     smooth_u: f64,
     not_measured: usize,
     old_not_seen: usize,
     least_area: f64,
     least_significance: f64,
+    least_difference: f64,
     regions: Vec<RegionJson>,
 }
 
@@ -93,10 +101,13 @@ struct WearJson<'a> {
 struct RegionJson {
     area: f64,
     area_u: f64,
+    area_told: f64,
     mean: f64,
     mean_u: f64,
     extreme: f64,
     extreme_u: f64,
+    extreme_radius: f64,
+    blurred: bool,
     extreme_at: [f64; 3],
     centre: [f64; 3],
     normal: [f64; 3],
@@ -273,7 +284,7 @@ fn feature_json(row: &FeatureRow) -> FeatureJson<'_> {
 fn compared_json<'a>(plan: &'a MergePlan, extras: &'a MergeExtras) -> Option<ComparedJson<'a>> {
     let compare_with = plan.output.compare_with.as_ref().map_or("", |old| old.file.as_str());
     match (&extras.wear, &extras.not_compared) {
-        (Some(wear), _) => Some(ComparedJson::Told(wear_json(plan, wear))),
+        (Some(wear), _) => Some(ComparedJson::Told(Box::new(wear_json(plan, wear)))),
         (None, Some(reason)) => Some(ComparedJson::Not { compare_with, reason }),
         (None, None) => None,
     }
@@ -283,26 +294,42 @@ fn wear_json<'a>(plan: &'a MergePlan, wear: &Wear) -> WearJson<'a> {
     let region = |r: &WornRegion| RegionJson {
         area: r.area,
         area_u: r.area_u,
+        area_told: r.area_told,
         mean: r.mean,
         mean_u: r.mean_u,
         extreme: r.extreme,
         extreme_u: r.extreme_u,
+        extreme_radius: r.extreme_radius,
+        blurred: r.blurred,
         extreme_at: r.extreme_at.coords.into(),
         centre: r.centre.coords.into(),
         normal: r.normal.into(),
         significance: r.significance,
         points: r.points.len(),
     };
+    let (verdict, doubt) = match wear.verdict {
+        Verdict::Differs => ("differs", None),
+        Verdict::Same => ("same", None),
+        Verdict::CannotBeTold(doubt) => ("cannot_be_told", Some(doubt)),
+    };
     WearJson {
         compare_with: plan.output.compare_with.as_ref().map_or("", |old| &old.file),
+        verdict,
+        doubt: doubt.map(|d| d.key()),
+        reason: doubt.map(|d| d.words(plan.unit.key())),
         old_from_new: PoseJson::new(&wear.old_from_new),
+        moved: wear.fit.moved,
         free_motions: wear.fit.free_motions,
+        as_before: wear.fit.as_before,
+        otherwise: wear.fit.otherwise,
         radius: wear.radius,
-        smooth_u: wear.fit.smooth.typical(),
+        least_radius: wear.least_radius,
+        smooth_u: wear.smooth_u,
         not_measured: wear.not_measured,
         old_not_seen: wear.old_not_seen,
         least_area: wear.least_area,
         least_significance: wear.least_significance,
+        least_difference: wear.least_difference,
         regions: wear.regions.iter().map(region).collect(),
     }
 }

@@ -14,6 +14,7 @@ use crate::gui::theme::size;
 use crate::gui::widgets::{cards, sign, words as write};
 use crate::report::words::clean;
 use crate::stitch::feature::FeatureFit;
+use crate::stitch::wear::{Doubt, Verdict, Wear};
 use egui::{Align2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, pos2, vec2};
 
 const TITLE: f32 = 38.0;
@@ -81,31 +82,56 @@ fn figures_ui(ui: &mut Ui, done: &Done, scope: &Scope) {
         table_ui(ui, done, unit, scope);
     }
     if let Some(wear) = &extras.wear {
-        let measured = words.thousands(wear.difference.len() - wear.not_measured);
-        let none = words.thousands(wear.not_measured);
-        let count = words.count("merge.regions", wear.regions.len());
-        line_ui(ui, &words.fill("merge.wear_told", &[("regions", &count), ("n", &measured), ("none", &none)]), scope);
-        for (k, region) in wear.regions.iter().take(MOST_REGIONS).enumerate() {
-            let area = format!("{} {}²", words.number(region.area, area_decimals(region.area)), figures::unit(unit));
-            let mean = format!("{} ± {}", figures::signed(region.mean, unit, words), length(region.mean_u));
-            let values = [
-                ("k", (k + 1).to_string()),
-                ("area", area),
-                ("mean", mean),
-                ("extreme", figures::signed(region.extreme, unit, words)),
-            ];
-            line_ui(
-                ui,
-                &words.fill("merge.region", &values.each_ref().map(|(key, value)| (*key, value.as_str()))),
-                scope,
-            );
-        }
+        wear_ui(ui, wear, unit, scope);
     }
     for warning in result.placed.warnings.iter().chain(&result.merged.warnings) {
         warning_ui(ui, &words.told(warning), scope);
     }
     for file in [&done.job.cloud, &done.job.report].into_iter().chain(&done.job.pdf) {
         line_ui(ui, &words.fill("merge.written", &[("file", &clean(&file.display().to_string()))]), scope);
+    }
+}
+
+/// What was found of wear: the answer on the whole, then the regions.
+fn wear_ui(ui: &mut Ui, wear: &Wear, unit: LengthUnit, scope: &Scope) {
+    let words = scope.words;
+    let fill = |key: &str, values: &[(&str, String)]| {
+        let values: Vec<(&str, &str)> = values.iter().map(|(key, value)| (*key, value.as_str())).collect();
+        words.fill(key, &values)
+    };
+    let length_of = |value: f64| figures::with_unit(value, unit, words);
+    let percent = |share: f64| format!("{} %", words.number(100.0 * share, 0));
+    let told = match (&wear.verdict, wear.regions.len()) {
+        (Verdict::CannotBeTold(_), 0) => words.text("merge.wear_open").to_owned(),
+        (_, 0) => fill("merge.no_region", &[("least", length_of(wear.least_difference))]),
+        (_, count) => words.count("merge.regions", count),
+    };
+    match wear.verdict {
+        Verdict::CannotBeTold(Doubt::SmoothErrors { hidden, smooth_u }) => {
+            let hidden = format!("{} {}", figures::signed(hidden, unit, words), figures::unit(unit));
+            warning_ui(ui, &fill("merge.wear_smooth", &[("hidden", hidden), ("u", length_of(smooth_u))]), scope);
+        }
+        Verdict::CannotBeTold(Doubt::TwoFits { as_before, otherwise }) => {
+            let shares = [("before", percent(as_before)), ("otherwise", percent(otherwise))];
+            warning_ui(ui, &fill("merge.wear_two_fits", &shares), scope);
+        }
+        Verdict::Differs | Verdict::Same => {}
+    }
+    let measured = words.thousands(wear.difference.len() - wear.not_measured);
+    let none = words.thousands(wear.not_measured);
+    line_ui(ui, &fill("merge.wear_told", &[("regions", told), ("n", measured), ("none", none)]), scope);
+    let with_u =
+        |value: f64, u: f64| format!("{} ± {}", figures::signed(value, unit, words), figures::length(u, unit, words));
+    for (k, region) in wear.regions.iter().take(MOST_REGIONS).enumerate() {
+        let area = [region.area, region.area_u].map(|value| words.number(value, area_decimals(region.area)));
+        let values = [
+            ("k", (k + 1).to_string()),
+            ("area", format!("{} ± {} {}²", area[0], area[1], figures::unit(unit))),
+            ("mean", with_u(region.mean, region.mean_u)),
+            ("extreme", with_u(region.extreme, region.extreme_u)),
+        ];
+        let blurred = if region.blurred { words.text("merge.region_blurred") } else { "" };
+        line_ui(ui, &format!("{}{blurred}", fill("merge.region", &values)), scope);
     }
 }
 

@@ -11,7 +11,7 @@ use crate::report::mask_study::short;
 use crate::report::palette::Palette;
 use crate::report::raster::points::CloudPicture;
 use crate::report::words::thousands;
-use crate::stitch::wear::Wear;
+use crate::stitch::wear::{Verdict, Wear};
 
 /// The scale of the wear map: the larger of the worst region and four usual uncertainties, in round numbers.
 fn wear_range(wear: &Wear) -> f64 {
@@ -81,28 +81,43 @@ fn legend(page: &mut Page<'_>, range: f64, top: f64, unit: &str) {
 fn wear_words(wear: &Wear, report: &MergeReport<'_>) -> String {
     let unit = report.unit;
     let all = wear.difference.len();
-    let mut text = format!(
-        "Negative: material is gone; positive: it was added. Differences are between local means over a radius of {} {unit}; finer structure is blurred. {} of {} points are not measured: the earlier cloud has no surface there (or one further away than {} {unit}); that does not mean that they are unworn. {} points of the earlier cloud were not seen again. ",
+    let mut text = match &wear.verdict {
+        Verdict::Differs => String::new(),
+        Verdict::Same => format!(
+            "No region differs from before: by {} {unit} or more at nine of ten places it would have been told. ",
+            short(wear.least_difference)
+        ),
+        Verdict::CannotBeTold(doubt) => {
+            format!("Whether it wore, or which part of it, cannot be told: {}. ", doubt.words(unit))
+        }
+    };
+    text += &format!(
+        "Negative: material is gone; positive: it was added. A difference is between local means over a radius of {} to {} {unit}, the one at which noise and blur are least together; finer structure is blurred, which its uncertainty u covers. {} of {} points are not measured: the earlier cloud has no surface there (or one further away than {} {unit}); that does not mean that they are unworn. {} points of the earlier cloud were not seen again. ",
+        short(wear.least_radius),
         short(wear.radius),
         thousands(wear.not_measured),
         thousands(all),
         short(1.5 * wear.radius),
         thousands(wear.old_not_seen),
     );
-    let least = format!(
-        "A region is told from {} {unit}² on, where a difference is {:.1} standard uncertainties: smaller or shallower ones cannot be told apart from errors. ",
+    text += &format!(
+        "A region is told where means over {} {unit} differ over at least {} {unit}², one of them by {:.1} standard uncertainties: smaller or shallower ones cannot be told apart from errors. ",
+        short(wear.radius),
         short(wear.least_area),
         wear.least_significance
     );
-    text += &least;
+    text += &format!(
+        "The cloud was moved by up to {} {unit} for the best fit: wear that is even all over is a part of that and not told. ",
+        short(wear.fit.moved)
+    );
     if wear.fit.free_motions > 0 {
         text += &format!(
             "The surface leaves {} of six motions free; along these the cloud lies as it was registered. ",
             wear.fit.free_motions
         );
     }
-    if wear.regions.is_empty() {
-        text += "No region differs from before.";
+    if !wear.regions.is_empty() {
+        text += "The area of a region is where the difference is at least half its extreme, the mean is that of this area; one with * is blurred: it may be smaller and deeper. ";
     }
     text
 }
@@ -125,7 +140,7 @@ fn regions(flow: &mut Flow<'_>, wear: &Wear) {
         right("z", RIGHT, 18.0),
     ];
     let row = |(k, r): (usize, &crate::stitch::wear::WornRegion)| {
-        let mut cells = vec![(k + 1).to_string()];
+        let mut cells = vec![format!("{}{}", k + 1, if r.blurred { "*" } else { "" })];
         cells.extend([r.area, r.area_u, r.mean, r.mean_u, r.extreme, r.extreme_u].map(|v| number(Some(v))));
         cells.push(format!("{:.1}", r.significance));
         cells.extend((0..3).map(|axis| number(Some(r.extreme_at[axis]))));

@@ -41,9 +41,13 @@ impl SmoothErrors {
             let left: Vec<f64> = class.iter().map(|p| p[1]).collect();
             let sigma = mad_scale_about_zero(&left).unwrap_or(0.0);
             let excess = (sigma * sigma - mean(2, 2)).max(0.0).sqrt();
-            // Worse points are never taken to be surer.
-            let [_, before, known] = classes.last().copied().unwrap_or_default();
-            classes.push([mean(0, 1), sigma.max(before), excess.max(known)]);
+            classes.push([mean(0, 1), sigma, excess]);
+        }
+        // Errors grow with badness, wear does not: what a class differs in beyond a worse one is no error, but wear on many of its places.
+        for k in (1..classes.len()).rev() {
+            let [_, sigma, excess] = classes[k];
+            classes[k - 1][1] = classes[k - 1][1].min(sigma);
+            classes[k - 1][2] = classes[k - 1][2].min(excess);
         }
         let freedom = (sorted.len() as f64 / count as f64 * FREEDOM_OF_A_PLACE).max(1.0);
         Self { classes, freedom }
@@ -59,9 +63,16 @@ impl SmoothErrors {
         self.at(badness, 2)
     }
 
+    /// With scales made so much larger that `z` of them are as rare as `z` of a scale that is known: a class tells its own by few places.
+    pub(super) fn widened(mut self, z: f64) -> Self {
+        let by = self.student(z) / z;
+        self.classes.iter_mut().for_each(|class| class[2] *= by);
+        self
+    }
+
     /// What so many standard deviations of a normal number are of one whose standard deviation is told by a class only: Student's quantile,
     /// by Wallace's approximation.
-    pub(super) fn student(&self, z: f64) -> f64 {
+    fn student(&self, z: f64) -> f64 {
         let v = self.freedom;
         let wide = z * (8.0 * v + 3.0) / (8.0 * v + 1.0);
         (v * (wide * wide / v).min(100.0).exp_m1()).sqrt()
@@ -88,7 +99,7 @@ impl SmoothErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{RngExt, SeedableRng};
+    use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
@@ -122,6 +133,5 @@ mod tests {
         assert!(smooth.beyond_noise(0.05) < 1.0);
         let flat: Vec<[f64; 3]> = places.iter().map(|p| [f64::NAN, p[1], p[2]]).collect();
         assert_eq!(SmoothErrors::new(&flat).classes.len(), 1);
-        let _: f64 = rng.random();
     }
 }
