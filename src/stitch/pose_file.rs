@@ -18,6 +18,8 @@ const NAMED: usize = 5;
 /// # Errors
 /// No JSON, another form, an index twice or beyond the last view, a view without a pose, an R that is no rotation.
 pub fn poses(bytes: &[u8], views: &[String]) -> Result<Vec<Isometry3>, Diagnostic> {
+    // Some editors put a mark before UTF-8.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let value: Value = serde_json::from_slice(bytes).map_err(|e| {
         let fault = Diagnostic::error(format!("found no JSON ({e}), expected a file of poses")).with_help(EXAMPLE);
         if e.line() > 0 { fault.at_line(e.line()) } else { fault }
@@ -138,6 +140,7 @@ mod tests {
         assert!((found[0] * Point3::new(1.0, 2.0, 3.0) - Point3::new(8.0, 21.5, 0.0)).norm() < 1e-12);
         let r = found[1].rotation.to_rotation_matrix();
         assert!((r.matrix() * r.matrix().transpose() - Matrix3::identity()).abs().max() < 1e-14);
+        assert_eq!(poses(format!("\u{feff}{file}").as_bytes(), &names(2)).unwrap(), found);
     }
 
     #[test]

@@ -109,7 +109,7 @@ impl Surface {
         let found = if count < LEAST_OF_VIEW { None } else { d_grid.or_else(|| point_distance(points)) };
         let Some(grid) = found else {
             return Err(NoSurface::Because(format!(
-                "it has {count} points in different places or fewer, too few for a surface"
+                "its {count} points are too few for a surface, or lie in one place"
             )));
         };
         let radius = chosen_radius(view, grid, run)?;
