@@ -61,16 +61,18 @@ fn a_worn_tool_is_told_from_what_it_was() {
 }
 
 #[test]
-fn an_earlier_cloud_of_nothing_near_is_refused_with_its_line() {
+fn an_earlier_cloud_of_nothing_leaves_the_merge_and_tells_no_wear() {
     let folder = tempfile::tempdir().expect("a folder");
     dataset(folder.path(), 2, false);
     std::fs::write(folder.path().join("old.txt"), "x y z\n1 2 3\n4 5 6\n").expect("a file");
     let settings = folder.path().join("merge.toml");
     add(&settings, "report = \"merge.json\"\n", "compare_with = \"old.txt\"\n");
     let ran = run_in(folder.path(), ["merge", "merge.toml"]);
-    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
-    assert!(ran.stderr.contains("compare_with") && ran.stderr.contains("2 points"), "{}", ran.stderr);
-    assert!(!folder.path().join("merged.ply").exists());
+    assert_eq!(ran.code, Some(1), "{}", ran.stdout);
+    let line = ran.stdout.lines().find(|line| line.starts_with("wear\t")).unwrap_or_default();
+    assert!(line.starts_with("wear\tnot told\t") && line.contains("compare_with: old.txt"), "{}", ran.stdout);
+    assert!(line.contains("2 points"), "{line}");
+    assert!(folder.path().join("merged.ply").exists() && folder.path().join("merge.json").exists());
 }
 
 #[test]
