@@ -25,27 +25,24 @@ pub fn why_ui(
     scope: &mut Scope,
 ) {
     let (theme, words) = (scope.theme, scope.words);
-    cards::card(ui, at, theme);
-    let inner = at.shrink2(vec2(16.0, 12.0));
-    let Some(point) = point else {
-        let text = words.text("results.choose_a_point");
-        write::line(ui, inner, Align2::CENTER_CENTER, text, fonts::regular(size::BODY), theme.quiet);
-        return;
-    };
-    let head = inner.with_max_y(inner.top() + 28.0);
-    head_ui(ui, head, point, words, theme);
-    let body = inner.with_min_y(head.bottom() + 6.0);
-    let builder = egui::UiBuilder::new().max_rect(body).layout(Layout::top_down(Align::Min));
-    ui.scope_builder(builder, |ui| {
-        ScrollArea::vertical().id_salt(("why", &point.name)).auto_shrink(false).show(ui, |ui| {
-            ui.set_width(body.width() - 12.0);
-            body_ui(ui, (part, of, point), sections, words, theme);
-        });
+    card_ui(ui, at, ("why", point), scope, |ui, point| {
+        body_ui(ui, (part, of, point), sections, words, theme);
     });
 }
 
 /// Draws the card of a point as it was written earlier: what stands in its file, without gates and section.
 pub fn stored_ui(ui: &mut Ui, at: Rect, point: Option<&PointResult>, scope: &Scope) {
+    card_ui(ui, at, ("stored why", point), scope, |ui, point| stored_body_ui(ui, point, scope));
+}
+
+/// The frame of a card: the point's name and verdict above `body_ui`, which scrolls; without a point, what to do to see one.
+fn card_ui(
+    ui: &mut Ui,
+    at: Rect,
+    (name, point): (&str, Option<&PointResult>),
+    scope: &Scope,
+    body_ui: impl FnOnce(&mut Ui, &PointResult),
+) {
     let (theme, words) = (scope.theme, scope.words);
     cards::card(ui, at, theme);
     let inner = at.shrink2(vec2(16.0, 12.0));
@@ -59,20 +56,25 @@ pub fn stored_ui(ui: &mut Ui, at: Rect, point: Option<&PointResult>, scope: &Sco
     let body = inner.with_min_y(head.bottom() + 6.0);
     let builder = egui::UiBuilder::new().max_rect(body).layout(Layout::top_down(Align::Min));
     ui.scope_builder(builder, |ui| {
-        ScrollArea::vertical().id_salt(("stored why", &point.name)).auto_shrink(false).show(ui, |ui| {
+        ScrollArea::vertical().id_salt((name, &point.name)).auto_shrink(false).show(ui, |ui| {
             ui.set_width(body.width() - 12.0);
-            ui.add(Label::new(RichText::new(sentence::of_point(point, words)).size(size::BODY)).wrap());
-            ui.add_space(6.0);
-            number_line_ui(ui, point, words, theme);
-            if let Some(m) = &point.measurement {
-                budget_ui(ui, &m.budget, m.uncertainty_mm, words, theme);
-            }
-            facts_ui(ui, point, words, theme);
-            ui.add_space(8.0);
-            let rest = RichText::new(words.text("results.earlier_more")).size(size::NOTE).color(theme.quiet);
-            ui.add(Label::new(rest).wrap());
+            body_ui(ui, point);
         });
     });
+}
+
+fn stored_body_ui(ui: &mut Ui, point: &PointResult, scope: &Scope) {
+    let (theme, words) = (scope.theme, scope.words);
+    ui.add(Label::new(RichText::new(sentence::of_point(point, words)).size(size::BODY)).wrap());
+    ui.add_space(6.0);
+    number_line_ui(ui, point, words, theme);
+    if let Some(m) = &point.measurement {
+        budget_ui(ui, &m.budget, m.uncertainty_mm, words, theme);
+    }
+    facts_ui(ui, point, words, theme);
+    ui.add_space(8.0);
+    let rest = RichText::new(words.text("results.earlier_more")).size(size::NOTE).color(theme.quiet);
+    ui.add(Label::new(rest).wrap());
 }
 
 fn head_ui(ui: &mut Ui, head: Rect, point: &PointResult, words: &Words, theme: &Theme) {
