@@ -3,8 +3,10 @@
 use super::words::SCHEMA;
 use crate::diagnostic::{Diagnostic, Refusal};
 use crate::geometry::{Point3, Vector3};
+use crate::inspect::verdict::{decide, of_part};
 use crate::inspect::{Budget, HoleMeasurement, Identity, Measurement, PointResult, Verdict};
 use crate::measure::Card;
+use crate::plan::Decision;
 use serde::Deserialize;
 
 /// A result that was written earlier.
@@ -38,7 +40,8 @@ pub struct StoredInspection {
     pub warnings: Vec<String>,
 }
 
-/// Reads a result. The error: it is no result of this program, or says what cannot be: a pass without a value, a part better than its worst point.
+/// Reads a result. The error: it is no result of this program, or says what cannot be: a pass
+/// without a value or outside its limits, a part better than its points and its alignment allow.
 pub fn read_stored(bytes: &[u8]) -> Result<Stored, Diagnostic> {
     let report: Report =
         serde_json::from_slice(bytes).map_err(|e| Diagnostic::error(format!("cannot be read as a result: {e}")))?;
@@ -80,10 +83,11 @@ fn inspection(
 ) -> Result<StoredInspection, Diagnostic> {
     let verdict = verdict_of(verdict.as_deref().unwrap_or(""))?;
     let points = points.into_iter().map(point).collect::<Result<Vec<_>, _>>()?;
-    if points.iter().any(|p| p.verdict > verdict) {
-        return Err(Diagnostic::error("the part has a better verdict than its worst point"));
+    let degraded = alignment.and_then(|a| a.reason);
+    if of_part(&points, degraded.is_some()) > verdict {
+        return Err(Diagnostic::error("the part has a better verdict than its points and its alignment allow"));
     }
-    Ok(StoredInspection { verdict, points, degraded: alignment.and_then(|a| a.reason), warnings })
+    Ok(StoredInspection { verdict, points, degraded, warnings })
 }
 
 fn verdict_of(word: &str) -> Result<Verdict, Diagnostic> {
@@ -110,6 +114,9 @@ fn point(point: Point) -> Result<PointResult, Diagnostic> {
             format!("point \"{}\": its verdict \"{}\" and its value do not go together", point.name, point.verdict);
         return Err(Diagnostic::error(message));
     }
+    // A side without a limit has none in the file.
+    let lower_mm = point.lower_mm.unwrap_or(f64::NEG_INFINITY);
+    let upper_mm = point.upper_mm.unwrap_or(f64::INFINITY);
     let why = point.why.unwrap_or_default();
     let card = Card {
         window_mm: why.window_mm,
@@ -120,14 +127,19 @@ fn point(point: Point) -> Result<PointResult, Diagnostic> {
         covered: why.covered_ratio,
         ..Card::default()
     };
+    // A pass proved by no rule at all.
+    if let (Verdict::Pass, Some(m)) = (verdict, &measurement)
+        && decide(Decision::Plain, m.deviation_mm, m.uncertainty_mm, lower_mm, upper_mm).0 != Verdict::Pass
+    {
+        return Err(Diagnostic::error(format!("point \"{}\": it passes with a value outside its limits", point.name)));
+    }
     Ok(PointResult {
         name: point.name,
         kind,
         nominal: point.nominal.into(),
         direction: point.direction.map_or_else(Vector3::zeros, Into::into),
-        // A side without a limit has none in the file.
-        lower_mm: point.lower_mm.unwrap_or(f64::NEG_INFINITY),
-        upper_mm: point.upper_mm.unwrap_or(f64::INFINITY),
+        lower_mm,
+        upper_mm,
         verdict,
         reason: point.reason,
         points_used: point.points_used,
@@ -293,7 +305,13 @@ mod tests {
         assert!(refused("shapeline-result/1", "shapeline-result/9").contains("expected \"shapeline-result/1\""));
         // E05 has no value; the part fails by P08 and E03.
         assert!(refused("\"verdict\": \"not_measured\"", "\"verdict\": \"pass\"").contains("\"E05\""));
-        assert!(refused("\"verdict\": \"fail\"", "\"verdict\": \"pass\"").contains("worst point"));
+        assert!(refused("\"verdict\": \"fail\"", "\"verdict\": \"pass\"").contains("than its points"));
+        // The part's verdict made a pass and its points taken away; and the limit of P01 drawn in below its deviation of -0.120.
+        let (head, rest) = text.split_once("\"points\": [").unwrap();
+        let (_, tail) = rest.split_once("\n  ]").unwrap();
+        let empty = format!("{head}\"points\": []{tail}").replacen("\"verdict\": \"fail\"", "\"verdict\": \"pass\"", 1);
+        assert!(read_stored(empty.as_bytes()).unwrap_err().message.contains("than its points"));
+        assert!(refused("\"lower_mm\": -0.5", "\"lower_mm\": -0.1").contains("outside its limits"));
         assert!(refused("\"verdict\": \"fail\"", "\"verdict\": \"good\"").contains("\"good\""));
         assert!(read_stored(&text.as_bytes()[..text.len() / 2]).is_err() && read_stored(b"\xff").is_err());
     }
