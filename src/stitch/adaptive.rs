@@ -14,6 +14,7 @@
 //! decides something. A tile keeps places in single precision, and computes again from the points themselves what that does not tell.
 
 mod binning;
+mod marks;
 mod points;
 mod radix;
 mod reach;

@@ -75,21 +75,25 @@ impl Frame {
     }
 
     /// A place in cells from the corner of all points.
+    #[inline]
     pub fn cells(&self, place: &Point3) -> [f64; 3] {
         std::array::from_fn(|k| (place[k] - self.low[k]) * self.per_length)
     }
 
+    #[inline]
     pub fn tile(&self, cells: [f64; 3]) -> Corner {
         cells.map(|c| c as u32 >> self.bits)
     }
 
     /// A place in cells from the corner of its tile.
+    #[inline]
     pub fn in_tile(&self, cells: [f64; 3], tile: Corner) -> [f64; 3] {
         std::array::from_fn(|k| cells[k] - f64::from(tile[k] << self.bits))
     }
 }
 
 /// A tile as one number.
+#[inline]
 pub(super) fn pack([x, y, z]: Corner) -> u64 {
     (u64::from(z) << (2 * AXIS_BITS)) | (u64::from(y) << AXIS_BITS) | u64::from(x)
 }

@@ -3,16 +3,14 @@
 use super::binning::{Binned, Frame, Run};
 use super::points::{Numbered, Points};
 use super::space::Space;
-use super::tile::{DROPPED, Scratch, Tile};
+use super::tile::{Scratch, Tile};
 use crate::geometry::Point3;
 use crate::run::{Cancelled, RunContext};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Nothing is known of a point; in its tile it is worse than all that were looked at.
-const UNSEEN: u8 = 0;
-/// It was looked at and must wait.
+/// A point was looked at and must wait. Of one whose state is 0 nothing is known: in its tile it is worse than all that were looked at.
 const WAITS: u8 = 1;
 const SURVIVES: u8 = 2;
 
@@ -91,7 +89,14 @@ impl<'a, P: Points> Tiles<'a, P> {
     }
 
     fn is_decided(&self, at: At) -> bool {
-        self.state(at).load(Ordering::Relaxed) >= SURVIVES
+        self.space.tiles[at.0 as usize].dropped.has(at.1 as usize) || self.state(at).load(Ordering::Relaxed) == SURVIVES
+    }
+
+    fn drop_points(&self, points: &[At]) {
+        for of_tile in points.chunk_by(|a, b| a.0 == b.0) {
+            let dropped = &self.space.tiles[of_tile[0].0 as usize].dropped;
+            dropped.set(of_tile.iter().map(|(_, point)| *point as usize));
+        }
     }
 
     /// Decides what can be decided of a tile, if there is patience; what is left of it, if anything.
@@ -129,8 +134,7 @@ impl<'a, P: Points> Tiles<'a, P> {
             match self.look(at, &mut worse) {
                 None => decided += 1 + worse.len(),
                 Some(better) => {
-                    // Somebody may have dropped it meanwhile, which stands.
-                    let _ = self.state(at).compare_exchange(UNSEEN, WAITS, Ordering::Relaxed, Ordering::Relaxed);
+                    self.state(at).store(WAITS, Ordering::Relaxed);
                     piece.waiting.push((at.1, better));
                     waits += 1;
                 }
@@ -165,11 +169,11 @@ impl<'a, P: Points> Tiles<'a, P> {
             ControlFlow::Break(Some(better)) => return Some(better),
             ControlFlow::Break(None) => {
                 worse.clear();
-                self.state(at).store(DROPPED, Ordering::Relaxed);
+                self.drop_points(&[at]);
             }
             ControlFlow::Continue(()) => {
                 self.state(at).store(SURVIVES, Ordering::Relaxed);
-                worse.iter().for_each(|other| self.state(*other).store(DROPPED, Ordering::Relaxed));
+                self.drop_points(worse);
             }
         }
         None

@@ -1,10 +1,9 @@
 //! Tiles beside each other, and what lies around a place in them.
 
 use super::binning::{Corner, Frame, pack};
-use super::tile::{DROPPED, Tile};
+use super::tile::Tile;
 use std::collections::HashMap;
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::Ordering;
 
 /// Distances squared are told in single precision to better than this part: the ones this near to the radius are computed again from the points
 /// themselves. A place in a tile of 64 cells is rounded to 2^-19 of a cell, in the next tile's frame once more: 6e-6 for the two points
@@ -52,11 +51,16 @@ impl Space {
         at: [f32; 3],
         mut each: impl FnMut(u32, usize, bool) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        // Rounding may put a place on the far side of its cell: cells are a little wider than the radius.
-        let [x, y, z] = at.map(|c| (c as u32).min(self.side - 1));
-        for (dz, z) in self.next_to(z) {
-            for (dy, y) in self.next_to(y) {
-                for (dx, x) in self.rows(x) {
+        let around_z = self.next_to(at[2]);
+        let around_y = self.next_to(at[1]);
+        for (dz, z, off_z) in around_z {
+            for (dy, y, off_y) in around_y {
+                // Half as long as the piece of the row that is in reach.
+                let half_squared = self.far - off_z * off_z - off_y * off_y;
+                if half_squared < 0.0 {
+                    continue;
+                }
+                for (dx, x) in self.row(at[0], half_squared.sqrt()) {
                     let which = neighbours[(9 * dz + 3 * dy + dx) as usize];
                     if which == NONE {
                         continue;
@@ -71,24 +75,31 @@ impl Space {
         ControlFlow::Continue(())
     }
 
-    /// The cells next to one along an axis, its own first: step to its tile (0, 1 or 2, 1 is the own) and number there.
-    fn next_to(&self, cell: u32) -> [(u32, u32); 3] {
+    /// The cells next to a place along an axis, its own first: step to its tile (0, 1 or 2, 1 is the own), number there, and how far off it begins.
+    #[inline]
+    fn next_to(&self, at: f32) -> [(u32, u32, f32); 3] {
         let last = self.side - 1;
-        let before = if cell == 0 { (0, last) } else { (1, cell - 1) };
-        let after = if cell == last { (2, 0) } else { (1, cell + 1) };
-        [(1, cell), before, after]
+        // Rounding may put a place on the far side of its cell: cells are a little wider than the radius.
+        let cell = (at as u32).min(last);
+        let into = at - cell as f32;
+        let before = if cell == 0 { (0, last, into) } else { (1, cell - 1, into) };
+        let after = if cell == last { (2, 0, 1.0 - into) } else { (1, cell + 1, 1.0 - into) };
+        [(1, cell, 0.0), before, after]
     }
 
-    /// The three cells about one along a row, in their tiles.
-    fn rows(&self, cell: u32) -> impl Iterator<Item = (u32, Range<u32>)> {
-        let own = (1, cell.saturating_sub(1)..(cell + 2).min(self.side));
-        let before = (cell == 0).then(|| (0, self.side - 1..self.side));
-        let after = (cell == self.side - 1).then_some((2, 0..1));
+    /// The cells of a row, three at most, that come within a distance of a place, in their tiles.
+    #[inline]
+    fn row(&self, at: f32, half: f32) -> impl Iterator<Item = (u32, Range<u32>)> {
+        let (low, high) = (at - half, at + half);
+        let own = (1, low.max(0.0) as u32..(high as u32 + 1).min(self.side));
+        let before = (low < 0.0).then(|| (0, self.side - 1..self.side));
+        let after = (high >= self.side as f32).then_some((2, 0..1));
         [Some(own), before, after].into_iter().flatten()
     }
 
     /// Of a range of points those that may be within the radius of a place and are not dropped, and whether they surely are within it. Which
-    /// they are is as good as random, so that they are picked without a branch.
+    /// they are is as good as random, so that they are picked without a branch, and where all are dropped no distance is computed.
+    #[inline]
     fn near_ones<B>(
         &self,
         tile: &Tile,
@@ -96,25 +107,31 @@ impl Space {
         at: [f32; 3],
         mut each: impl FnMut(usize, bool) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let [xs, ys, zs] = [0, 1, 2].map(|axis| &tile.places[axis][range.clone()]);
-        let states = &tile.states[range.clone()];
         let mut squares = [0.0_f32; BLOCK];
-        let mut picked = [0_u32; BLOCK];
-        let blocks = xs.chunks(BLOCK).zip(ys.chunks(BLOCK)).zip(zs.chunks(BLOCK)).zip(states.chunks(BLOCK));
-        for (block, (((xs, ys), zs), states)) in blocks.enumerate() {
+        for from in range.clone().step_by(BLOCK) {
+            let some = from..(from + BLOCK).min(range.end);
+            let left = tile.dropped.without(from, some.len());
+            if left == 0 {
+                continue;
+            }
+            let [xs, ys, zs] = [0, 1, 2].map(|axis| &tile.places[axis][some.clone()]);
             for (((square, x), y), z) in squares.iter_mut().zip(xs).zip(ys).zip(zs) {
                 let (x, y, z) = (x - at[0], y - at[1], z - at[2]);
                 *square = x * x + y * y + z * z;
             }
-            let mut count = 0;
-            for (k, (square, state)) in squares.iter().zip(states).enumerate() {
-                picked[count % BLOCK] = k as u32;
-                count += usize::from((*square <= self.far) & (state.load(Ordering::Relaxed) != DROPPED));
-            }
-            for k in &picked[..count] {
-                each(range.start + block * BLOCK + *k as usize, squares[*k as usize] <= self.near)?;
+            let mut picked = left & at_most(&squares, self.far);
+            while picked != 0 {
+                let k = picked.trailing_zeros() as usize;
+                picked &= picked - 1;
+                each(from + k, squares[k] <= self.near)?;
             }
         }
         ControlFlow::Continue(())
     }
+}
+
+/// A bit for each number that is not above a limit.
+#[inline]
+fn at_most(numbers: &[f32; BLOCK], limit: f32) -> u32 {
+    numbers.iter().enumerate().fold(0, |bits, (k, number)| bits | (u32::from(*number <= limit) << k))
 }

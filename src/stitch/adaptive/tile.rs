@@ -1,7 +1,8 @@
 //! A tile of space with its points, cell by cell.
 
 use super::binning::{Binned, Corner, Frame, Run, unpack};
-use super::points::{Numbered, Points, score_key};
+use super::marks::Marks;
+use super::points::{Numbered, Points};
 use super::radix::{by_rank, sort_by_bits};
 use std::ops::Range;
 use std::sync::atomic::AtomicU8;
@@ -18,6 +19,7 @@ pub(super) struct Grid {
 }
 
 /// Bits below one.
+#[inline]
 fn below(bit: u32) -> u64 {
     1_u64.checked_shl(bit).map_or(u64::MAX, |one| one - 1)
 }
@@ -56,22 +58,24 @@ impl Grid {
         self.starts.push(first);
     }
 
-    /// Points of the cells `x` of a row.
+    /// Points of the cells `x` of a row, three at most.
+    #[inline]
     pub fn points(&self, z: u32, y: u32, x: Range<u32>) -> Range<usize> {
+        /// How many bits of three are set.
+        const SET: [u8; 8] = [0, 1, 1, 2, 1, 2, 2, 3];
         let Some((rows, first)) = of_bit(self.layers, z).map(|k| self.rows[k as usize]) else { return 0..0 };
         let Some((cells, cell)) = of_bit(rows, y).map(|k| self.cells[(first + k) as usize]) else { return 0..0 };
-        let start = |x: u32| self.starts[(cell + (cells & below(x)).count_ones()) as usize] as usize;
-        start(x.start)..start(x.end)
+        let from = (cell + (cells & below(x.start)).count_ones()) as usize;
+        let count = SET[(cells >> x.start & below(x.end - x.start) & 7) as usize];
+        self.starts[from] as usize..self.starts[from + usize::from(count)] as usize
     }
 }
 
 /// How many bits are set before one, if it is set itself.
+#[inline]
 fn of_bit(mask: u64, bit: u32) -> Option<u32> {
     (mask >> bit & 1 == 1).then(|| (mask & below(bit)).count_ones())
 }
-
-/// The state of a point that is looked at no more.
-pub(super) const DROPPED: u8 = 3;
 
 /// The points of a tile by cell.
 pub(super) struct Tile {
@@ -80,8 +84,10 @@ pub(super) struct Tile {
     pub places: [Vec<f32>; 3],
     /// Numbers of the points.
     pub numbers: Vec<u32>,
-    /// What is decided of each.
+    /// What is known of each.
     pub states: Vec<AtomicU8>,
+    /// Those that a better one has dropped: nobody looks at them any more.
+    pub dropped: Marks,
     /// From the best to the worst.
     pub order: Vec<u32>,
     pub grid: Grid,
@@ -93,7 +99,7 @@ pub(super) struct Scratch {
     cells: Vec<u32>,
     places: Vec<[f32; 3]>,
     numbers: Vec<u32>,
-    keys: Vec<u64>,
+    scores: Vec<f64>,
     by_cell: Vec<u64>,
     by_rank: Vec<u64>,
     spare: Vec<u64>,
@@ -112,25 +118,31 @@ impl Tile {
     ) -> Self {
         let corner = unpack(runs[0].tile);
         scratch.gather(all, frame, binned, runs, corner);
-        let Scratch { cells, places, numbers, keys, by_cell, by_rank: ranked, spare, slot } = scratch;
+        let Scratch { cells, places, numbers, scores, by_cell, by_rank: ranked, spare, slot } = scratch;
         by_cell.clear();
         by_cell.extend(cells.iter().enumerate().map(|(k, cell)| (u64::from(*cell) << INDEX) | k as u64));
-        sort_by_bits(by_cell, spare, INDEX, INDEX + 3 * frame.bits);
+        // Of a surface only a few layers have points.
+        let top = cells.iter().max().map_or(0, |cell| u32::BITS - cell.leading_zeros());
+        sort_by_bits(by_cell, spare, INDEX, INDEX + top);
         let bits = frame.bits;
         let part = |cell: u64, axis: u32| (cell >> (INDEX + axis * bits)) as u32 & ((1 << bits) - 1);
         let grid = Grid::new(by_cell.iter().map(|cell| [part(*cell, 2), part(*cell, 1), part(*cell, 0)]));
         let index = |sorted: &u64| *sorted as u32 as usize;
-        let along = |axis: usize| by_cell.iter().map(|c| places[index(c)][axis]).collect();
-        let places = [along(0), along(1), along(2)];
+        let mut sorted = [(); 3].map(|()| Vec::with_capacity(cells.len()));
         slot.clear();
         slot.resize(cells.len(), 0);
-        by_cell.iter().enumerate().for_each(|(k, c)| slot[index(c)] = k as u32);
-        by_rank(keys, ranked, spare);
+        for (k, cell) in by_cell.iter().enumerate() {
+            let place = places[index(cell)];
+            sorted.iter_mut().zip(place).for_each(|(axis, place)| axis.push(place));
+            slot[index(cell)] = k as u32;
+        }
+        by_rank(scores, ranked, spare);
         Self {
             corner,
-            places,
+            places: sorted,
             numbers: by_cell.iter().map(|c| numbers[index(c)]).collect(),
             states: cells.iter().map(|_| AtomicU8::new(0)).collect(),
+            dropped: Marks::none(cells.len()),
             order: ranked.iter().map(|r| slot[index(r)]).collect(),
             grid,
         }
@@ -143,7 +155,7 @@ impl Scratch {
         self.cells.clear();
         self.places.clear();
         self.numbers.clear();
-        self.keys.clear();
+        self.scores.clear();
         for run in runs {
             let (part, indices) = binned.points(run);
             for index in indices {
@@ -152,7 +164,7 @@ impl Scratch {
                 self.cells.push((((z << frame.bits) | y) << frame.bits) | x);
                 self.places.push(at.map(|c| c as f32));
                 self.numbers.push(all.starts[part] + index);
-                self.keys.push(score_key(all.points.score(part, *index as usize)));
+                self.scores.push(all.points.score(part, *index as usize));
             }
         }
     }
