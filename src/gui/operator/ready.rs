@@ -42,10 +42,22 @@ fn new_plan_ui(ui: &mut Ui, place: Rect, scope: &mut Scope) {
     }
 }
 
-/// What was told when the plan was opened and by the last run, errors first, each once.
+/// What was told when the plan was opened and by the last run, errors first, each once. What concerns a single scan stands with its part.
 fn problems(facts: &Facts) -> Vec<&Diagnostic> {
-    let news = facts.run_problems.iter().filter(|problem| !facts.problems.contains(problem));
-    let mut problems: Vec<&Diagnostic> = facts.problems.iter().chain(news).collect();
+    let scans = facts.plan.as_ref().map(|plan| &plan.scans.path);
+    let is_of_scan = |p: &Diagnostic| p.file.as_ref().is_some_and(|file| file.parent() == scans.map(|s| s.as_path()));
+    let is_of_plan = |p: &Diagnostic| {
+        let file = p.file.as_ref();
+        facts.plan.as_ref().is_some_and(|plan| file == Some(&plan.path) || file == Some(&plan.cad.path))
+    };
+    let failure = facts.failure().filter(|failure| is_of_plan(failure));
+    let of_run = facts.run_problems.iter().filter(|problem| !is_of_scan(problem)).chain(failure);
+    let mut problems: Vec<&Diagnostic> = facts.problems.iter().collect();
+    for problem in of_run {
+        if !problems.iter().any(|known| known.message == problem.message) {
+            problems.push(problem);
+        }
+    }
     problems.sort_by_key(|problem| problem.severity != Severity::Error);
     problems
 }
