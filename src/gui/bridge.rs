@@ -11,10 +11,12 @@ use crate::io;
 use crate::part::Part;
 use crate::plan::document::Document;
 use crate::plan::{self, Draft, Plan};
+use crate::report::manifest::Manifest;
 use crate::run::{CancelToken, RunContext, Stage};
 use crate::stitch::StitchError;
 use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
 use crate::worker::scans::{Links, list_scans};
+use crate::worker::watch::Listed;
 use crate::worker::{
     self, Examiner, NoTrial, SequenceRequest, SequenceSummary, StopSwitch, Trial, check_plan, prepare_part,
     run_sequence,
@@ -80,8 +82,15 @@ pub enum Event {
     Opened(Box<Opened>),
     /// From a sequence.
     Sequence(worker::Event),
-    /// A sequence has ended; the scans that lie in its folder now.
-    Ended(SequenceSummary, Option<Scans>),
+    /// A sequence has ended.
+    Ended {
+        /// How.
+        summary: SequenceSummary,
+        /// The scans that lie in its folder now.
+        scans: Option<Scans>,
+        /// Those of them that came, or were written again, while it ran.
+        came: Vec<PathBuf>,
+    },
     /// A scan was inspected again.
     Fetched {
         /// What it was wanted for.
@@ -135,7 +144,7 @@ pub struct Opened {
 }
 
 /// The scans in a folder, or why they cannot be listed.
-pub type Scans = Result<Vec<PathBuf>, Diagnostic>;
+pub type Scans = Result<Vec<Listed>, Diagnostic>;
 
 struct Order {
     generation: u64,
@@ -234,9 +243,17 @@ fn carry_out(job: Job, stop: &StopSwitch, teller: &Teller) {
     let done = catch_unwind(AssertUnwindSafe(|| match job {
         Job::Open(path) => open(path, stop, teller),
         Job::Run(request) => {
+            let before = scans_of(&plan::load(&request.plan_path).draft);
             let summary = run_sequence(&request, stop, &|event| teller.tell(Event::Sequence(event)));
-            let scans = scans_of(&plan::load(&request.plan_path).draft);
-            teller.tell(Event::Ended(summary, scans));
+            let loaded = plan::load(&request.plan_path);
+            let scans = scans_of(&loaded.draft);
+            // What a watch left is told by itself.
+            let asked = request.watch.is_none() && request.scans.is_empty();
+            let came = match (before, &scans, &loaded.plan) {
+                (Some(Ok(before)), Some(Ok(now)), Some(plan)) if asked => came_meanwhile(&before, now, plan),
+                _ => Vec::new(),
+            };
+            teller.tell(Event::Ended { summary, scans, came });
         }
         Job::Fetch { wanted, scan, plan, part } => fetch(wanted, scan, Examiner { plan, part }, &stop.now, teller),
         Job::Try(order) => try_on(*order, &stop.now, teller),
@@ -275,7 +292,18 @@ fn open(path: PathBuf, stop: &StopSwitch, teller: &Teller) {
 /// The scans that a plan finds now.
 fn scans_of(draft: &Draft) -> Option<Scans> {
     let settings = draft.scans.as_ref()?;
-    Some(list_scans(settings, Links::Follow).map(|files| files.into_iter().map(|file| file.path).collect()))
+    Some(list_scans(settings, Links::Follow))
+}
+
+/// Scans that came or were written again while a sequence ran; its own results are none.
+fn came_meanwhile(before: &[Listed], now: &[Listed], plan: &Plan) -> Vec<PathBuf> {
+    let results = Manifest::load(&plan.output.path).unwrap_or_default();
+    let is_ours = |file: &Listed| {
+        let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        file.path.parent() == Some(&plan.output.path) && results.hash_of(&name).is_some()
+    };
+    let came = now.iter().filter(|file| !before.contains(file) && !is_ours(file));
+    came.map(|file| file.path.clone()).collect()
 }
 
 /// Merges as the command line does. Of the views nobody looks at the points again.

@@ -132,7 +132,8 @@ pub(super) fn inspected_again(app: &mut App, at: usize, inspected: Inspected, to
     let (Some(plan), Some(part)) = (facts.plan.clone(), facts.part.clone()) else { return };
     let result = Arc::new(inspected.result);
     let scan = inspected.scan.map(Arc::new);
-    let again = FinishedPart { index: 0, of: None, scan_path, result, scan, plan, part, files: Vec::new(), took };
+    let again =
+        FinishedPart { index: 0, of: None, scan_path, result, scan, plan, part, files: Vec::new(), again: false, took };
     // The points of one are kept, not of all that were looked at.
     facts.again = Some((at, Arc::new(again)));
 }

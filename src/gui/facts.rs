@@ -39,6 +39,8 @@ pub struct FinishedPart {
     pub part: Arc<Part>,
     /// The files written.
     pub files: Vec<PathBuf>,
+    /// It came before and was inspected again, by another plan: no part that came now.
+    pub again: bool,
     /// How long it took.
     pub took: Duration,
 }
@@ -248,7 +250,7 @@ pub struct Facts {
     pub run_problems: Vec<Diagnostic>,
     /// Scans that it left when it was stopped.
     pub left_over: usize,
-    /// Scans that came since it ended.
+    /// Scans that came since it ended, or lie there with another content.
     pub arrived: Vec<PathBuf>,
     /// The plan as it is edited, once the engineer has opened it.
     pub editing: Option<Editing>,
@@ -271,14 +273,16 @@ impl Facts {
         }
     }
 
-    /// The part that the verdict is about: the newest of the run at hand or of the last one, as long as the plan is the one that it was held to.
-    /// What an earlier run or another plan said is no verdict of now.
+    /// The part that the verdict is about: the newest of the run at hand or of the last one, as long as plan and CAD are those that it was held to
+    /// and no scan came since. What an earlier run or another plan said is no verdict of now.
     pub fn judged(&self) -> Option<&Arc<FinishedPart>> {
-        let plan = self.plan.as_ref()?;
+        let (plan, part) = (self.plan.as_ref()?, self.part.as_ref()?);
         let newest = self.parts.get(self.run_from..)?.last()?;
+        let is_by_these = newest.plan.sha256 == plan.sha256 && newest.part.cad_sha256 == part.cad_sha256;
+        let is_newest = self.arrived.is_empty() && !newest.again;
         let troubles = &self.troubles;
         let in_trouble = troubles.results.is_some() || troubles.plan.is_some() || troubles.no_verdict_for().is_some();
-        (newest.plan.sha256 == plan.sha256 && !in_trouble).then_some(newest)
+        (is_by_these && is_newest && !in_trouble).then_some(newest)
     }
 
     /// Why the last run ended without a part.

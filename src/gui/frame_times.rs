@@ -131,7 +131,7 @@ fn inspected(plan_path: &Path) -> Result<FinishedPart, Diagnostic> {
     }
     let (result, scan) = (Arc::new(inspected.result), inspected.scan.map(Arc::new));
     let (index, of, files, took) = (1, Some(1), Vec::new(), begin.elapsed());
-    Ok(FinishedPart { index, of, scan_path, result, scan, plan, part, files, took })
+    Ok(FinishedPart { index, of, scan_path, result, scan, plan, part, files, again: false, took })
 }
 
 impl Script {

@@ -22,7 +22,7 @@ pub(super) fn event(app: &mut App, event: Event) {
         Event::Stage(stage) => enter(app, stage),
         Event::Opened(opened) => self::opened(app, *opened),
         Event::Sequence(event) => sequence(app, event),
-        Event::Ended(summary, scans) => ended(app, summary, scans),
+        Event::Ended { summary, scans, came } => ended(app, summary, (scans, came)),
         Event::Fetched { wanted, inspected, took } => {
             app.facts.job = Job::Idle;
             match wanted {
@@ -78,7 +78,9 @@ fn opened(app: &mut App, opened: Opened) {
     facts.plan = opened.plan;
     facts.part = opened.part;
     facts.problems = opened.problems;
-    facts.scans = opened.scans;
+    app.lookout.lies_there(opened.scans.as_ref());
+    let facts = &mut app.facts;
+    facts.scans = opened.scans.map(|scans| paths(&scans));
     facts.run_problems.clear();
     facts.left_over = 0;
     facts.arrived.clear();
@@ -87,6 +89,11 @@ fn opened(app: &mut App, opened: Opened) {
     if std::mem::take(&mut app.resume_watch) && app.settings.watch {
         app.ask(Action::Run);
     }
+}
+
+/// The files alone.
+pub(super) fn paths(scans: &Scans) -> Result<Vec<PathBuf>, Diagnostic> {
+    scans.as_ref().map(|files| files.iter().map(|file| file.path.clone()).collect()).map_err(Clone::clone)
 }
 
 /// A plan that was just made is open: its scan is inspected.
@@ -123,11 +130,16 @@ fn sequence(app: &mut App, event: worker::Event) {
             }
         }
         Told::Stage(stage) => enter(app, stage),
-        Told::Finished { result, scan, files, took } => finished(app, result, scan, files, took),
+        Told::Finished { result, scan, files, again, took } => finished(app, result, scan, (files, again), took),
         Told::Watching { .. } => idle(app),
         Told::Waiting { scan, why, .. } => unfinished(app, scan, why),
         Told::Known { scan, .. } | Told::LeftAlone { scan } => {
-            app.facts.troubles.unfinished.retain(|unfinished| unfinished.scan != scan);
+            let facts = &mut app.facts;
+            if facts.troubles.no_verdict_for().is_some_and(|unfinished| unfinished.scan == scan) {
+                // It had taken the verdict from the part before, which does not get it back.
+                facts.run_from = facts.parts.len();
+            }
+            facts.troubles.unfinished.retain(|unfinished| unfinished.scan != scan);
             idle(app);
         }
         Told::Queued(scans) => {
@@ -185,7 +197,7 @@ fn number(facts: &Facts, place: usize) -> usize {
     if !facts.running().is_some_and(|running| running.watch) {
         return place;
     }
-    facts.parts.iter().rev().find(|part| part.of.is_none()).map_or(1, |part| part.index + 1)
+    facts.parts.iter().filter(|part| part.of.is_none()).map(|part| part.index).max().map_or(1, |last| last + 1)
 }
 
 /// No scan is at hand.
@@ -200,7 +212,7 @@ fn finished(
     app: &mut App,
     result: Arc<InspectionResult>,
     scan: Option<Arc<crate::scan::ConditionedScan>>,
-    files: Vec<PathBuf>,
+    (files, again): (Vec<PathBuf>, bool),
     took: Duration,
 ) {
     count(app, &result);
@@ -208,12 +220,15 @@ fn finished(
     let Job::Running(running) = &mut app.facts.job else { return };
     running.done += 1;
     let at_hand = running.scan.take();
-    let index = at_hand.as_ref().map_or(running.done, |s| s.index);
+    let mut index = at_hand.as_ref().map_or(running.done, |s| s.index);
     let scan_path = at_hand.map_or_else(|| PathBuf::from(&result.identity.scan_file), |s| s.path);
+    if let Some(before) = app.facts.parts.iter().rev().find(|part| again && part.scan_path == scan_path) {
+        index = before.index;
+    }
     let unfinished = &mut app.facts.troubles.unfinished;
     unfinished.retain(|unfinished| unfinished.scan != scan_path);
     unfinished.iter_mut().for_each(|unfinished| unfinished.passed = true);
-    let finished = FinishedPart { index, of: running.of, scan_path, result, scan, plan, part, files, took };
+    let finished = FinishedPart { index, of: running.of, scan_path, result, scan, plan, part, files, again, took };
     if app.facts.push_part(finished) {
         app.view.part = app.view.part.map(|at| at.saturating_sub(1));
     }
@@ -242,7 +257,7 @@ fn lost(app: &mut App, result: Arc<InspectionResult>, scan: PathBuf) {
         }
         running.scan = Some(RunningScan { index, path: scan, stage: None, since: Instant::now() });
     }
-    finished(app, result, None, Vec::new(), Duration::ZERO);
+    finished(app, result, None, (Vec::new(), false), Duration::ZERO);
 }
 
 /// Counts a part for the shift, once: who runs a sequence again has not made more parts.
@@ -262,7 +277,7 @@ fn count(app: &mut App, result: &InspectionResult) {
     app.keep_settings();
 }
 
-fn ended(app: &mut App, mut summary: SequenceSummary, scans: Option<Scans>) {
+fn ended(app: &mut App, mut summary: SequenceSummary, (scans, came): (Option<Scans>, Vec<PathBuf>)) {
     let facts = &mut app.facts;
     facts.left_over = facts.running().map_or(0, |r| r.of.map_or(r.waiting, |of| of.saturating_sub(r.done)));
     let nothing = summary.measured() + summary.refused + summary.unwritten == 0 && !summary.stopped;
@@ -271,7 +286,9 @@ fn ended(app: &mut App, mut summary: SequenceSummary, scans: Option<Scans>) {
         summary.error = facts.run_problems.iter().find(|p| p.severity == Severity::Error).cloned();
     }
     app.facts.job = Job::Idle;
-    app.facts.scans = scans;
+    app.lookout.lies_there(scans.as_ref());
+    app.facts.scans = scans.map(|scans| paths(&scans));
+    app.facts.arrived = came;
     app.facts.troubles = Troubles::default();
     if let Some(error) = &summary.error {
         app.facts.message = Some(error.clone());

@@ -149,6 +149,18 @@ impl SequenceTable {
         self.rows.get(*index)
     }
 
+    /// Whether a scan of this name and content has a row, by whatever plan and CAD.
+    pub fn has_inspected(&self, scan: &str, scan_sha256: &str) -> bool {
+        let of_content = self.by_content.range(content_key(scan_sha256, "", "")..);
+        let mut of_content = of_content.take_while(|(key, _)| key.split(' ').next() == Some(scan_sha256));
+        of_content.any(|(_, row)| self.rows.get(*row).is_some_and(|row| row.scan == scan))
+    }
+
+    /// Whether a scan of this name has a row.
+    pub fn has_scan(&self, scan: &str) -> bool {
+        self.rows.iter().any(|row| row.scan == scan)
+    }
+
     /// The row of the scan whose result files have this name.
     pub fn row_of(&self, result: &str) -> Option<&Row> {
         self.rows.get(*self.by_result.get(result)?)

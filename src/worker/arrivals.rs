@@ -8,7 +8,7 @@ use super::scans::Links;
 use super::sequence::{Arrival, ScanEnd, Sequence, WatchEnd};
 use super::watch::{FolderWatch, Listed, NotYet};
 use crate::diagnostic::Diagnostic;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -25,6 +25,10 @@ struct Watcher {
     unwritten: BTreeMap<PathBuf, String>,
     /// Scans that were told to be in sight but not whole, with what is missing.
     unfinished: BTreeMap<PathBuf, Diagnostic>,
+    /// Scans of before that are ready: what comes now goes first.
+    old: VecDeque<Listed>,
+    /// The scans that were told to lie there.
+    told: Vec<PathBuf>,
 }
 
 impl Sequence<'_> {
@@ -40,6 +44,8 @@ impl Sequence<'_> {
             delivered: Delivered::default(),
             unwritten: BTreeMap::new(),
             unfinished: BTreeMap::new(),
+            old: VecDeque::new(),
+            told: Vec::new(),
         };
         let end = self.watch_on(&mut watcher, summary);
         if let WatchEnd::Stopped = end {
@@ -77,6 +83,9 @@ impl Sequence<'_> {
                     if self.take_arrivals(&listing, watcher, summary) {
                         return WatchEnd::AnotherPlan;
                     }
+                    if !watcher.old.is_empty() {
+                        continue;
+                    }
                 }
                 Err(diagnostic) => {
                     if !std::mem::replace(&mut lost, true) {
@@ -92,11 +101,20 @@ impl Sequence<'_> {
         WatchEnd::Stopped
     }
 
-    /// Takes what is ready. Returns whether another plan lies on the disk; nothing is taken by the old one any more then.
+    /// Takes what is ready: all that came now, or else one of those that lay there before and have a result. Returns whether another plan lies on
+    /// the disk; nothing is taken by the old one any more then.
     fn take_arrivals(&mut self, listing: &[Listed], watcher: &mut Watcher, summary: &mut SequenceSummary) -> bool {
         watcher.delivered.see(listing);
-        self.give_up_what_is_gone(listing, watcher);
+        self.tell_listing(listing, watcher);
+        self.give_up_what_is_gone(listing, watcher, summary);
         let ready = watcher.folder.look(Instant::now(), listing);
+        let is_old = |file: &Listed| watcher.delivered.is_old(file) && self.results.knows(&file.path, None);
+        let (old, mut ready): (Vec<Listed>, Vec<Listed>) = ready.into_iter().partition(is_old);
+        watcher.old.extend(old);
+        if ready.is_empty() {
+            // One that changed since is ready anew once it is quiet.
+            ready.extend(std::iter::from_fn(|| watcher.old.pop_front()).find(|file| listing.contains(file)));
+        }
         for (k, file) in ready.iter().enumerate() {
             if self.stop.is_on() {
                 return false;
@@ -108,11 +126,20 @@ impl Sequence<'_> {
                 return false;
             }
             let rest = &ready[k + 1..];
-            if let Err(diagnostic) = self.take(file, rest.len(), watcher, summary) {
+            if let Err(diagnostic) = self.take(file, rest.len() + watcher.old.len(), watcher, summary) {
                 self.wait_for_results(diagnostic, &file.path, rest, watcher);
             }
         }
         false
+    }
+
+    /// Which scans lie there, when they are others than before.
+    fn tell_listing(&self, listing: &[Listed], watcher: &mut Watcher) {
+        let paths: Vec<PathBuf> = listing.iter().map(|file| file.path.clone()).collect();
+        if paths != watcher.told {
+            watcher.told.clone_from(&paths);
+            (self.listener)(Event::Listed(paths));
+        }
     }
 
     /// Looks whether the plan on the disk is the one of this watch; waits while it is being changed, or cannot be used. Returns whether
@@ -146,12 +173,22 @@ impl Sequence<'_> {
         }
     }
 
-    /// A scan whose results could not be written and that was taken away meanwhile is never judged.
-    fn give_up_what_is_gone(&self, listing: &[Listed], watcher: &mut Watcher) {
+    /// A scan that was not whole, or whose results could not be written, and that was taken away meanwhile is never judged.
+    fn give_up_what_is_gone(&self, listing: &[Listed], watcher: &mut Watcher, summary: &mut SequenceSummary) {
         let is_there = |path: &PathBuf| listing.iter().any(|file| file.path == *path);
-        // One that was never whole needs no word: many a scanner writes under another name first.
-        for scan in watcher.unfinished.extract_if(.., |path, _| !is_there(path)).map(|(scan, _)| scan) {
-            (self.listener)(Event::LeftAlone { scan });
+        // Many a scanner writes under another name first: one that comes now is that part.
+        let is_renamed = listing.iter().any(|file| watcher.folder.is_new(&file.path));
+        for (scan, why) in watcher.unfinished.extract_if(.., |path, _| !is_there(path)) {
+            if is_renamed {
+                (self.listener)(Event::LeftAlone { scan });
+                continue;
+            }
+            let why = why.message;
+            let message = format!("the scan was taken away before it was whole: {why}");
+            let why = Diagnostic::warning(message).in_file(&scan).with_help("measure this part again");
+            summary.refused += 1;
+            self.lost(&scan, &why);
+            (self.listener)(Event::Problems(vec![why]));
         }
         let gone: Vec<PathBuf> = watcher.unwritten.keys().filter(|path| !is_there(path)).cloned().collect();
         for scan in gone {

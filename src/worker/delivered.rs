@@ -2,7 +2,7 @@
 
 use super::watch::Listed;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// What lay in the folder when the watch began, and what was made of since.
@@ -19,26 +19,42 @@ impl Delivered {
     }
 
     /// A file with a content that has a result, of this watch or an earlier run, under the scan's name given: whether that content was
-    /// delivered as another part's. What lay there when the watch began, with a result of then, was told then; a folder that comes back
-    /// brings nothing new either.
-    pub fn is_repeated(&self, file: &Listed, sha256: &str, inspected_as: &str) -> bool {
+    /// delivered as another part's. What lay there when the watch began and `has_result` under its own name was told then; so was a scan that has
+    /// another name now, but not a copy that lies beside it. A folder that comes back brings nothing new either.
+    pub fn is_repeated(&self, file: &Listed, sha256: &str, inspected_as: &str, has_result: bool) -> bool {
         let newer = |then: Option<SystemTime>| then.zip(file.modified).is_some_and(|(then, now)| now > then);
         if let Some((_, then)) = self.done.get(&file.path).filter(|(content, _)| content == sha256) {
             return newer(*then);
+        }
+        if self.is_old(file) && is_named(&file.path, inspected_as) {
+            return false;
         }
         if self.done.values().any(|(content, _)| content == sha256) {
             return true;
         }
         match self.at_start.as_ref().and_then(|files| files.get(&file.path)) {
-            Some(then) => newer(*then),
-            None => file.path.file_name().is_none_or(|name| name.to_string_lossy() != inspected_as),
+            Some(then) => newer(*then) || (!has_result && self.lay_there(inspected_as)),
+            None => !is_named(&file.path, inspected_as),
         }
+    }
+
+    fn lay_there(&self, scan: &str) -> bool {
+        self.at_start.as_ref().is_some_and(|files| files.keys().any(|path| is_named(path, scan)))
+    }
+
+    /// Whether the file lay there as it is when the watch began.
+    pub fn is_old(&self, file: &Listed) -> bool {
+        self.at_start.as_ref().and_then(|files| files.get(&file.path)).is_some_and(|then| *then == file.modified)
     }
 
     /// The file was dealt with.
     pub fn note(&mut self, file: &Listed, sha256: &str) {
         self.done.insert(file.path.clone(), (sha256.to_owned(), file.modified));
     }
+}
+
+fn is_named(path: &Path, name: &str) -> bool {
+    path.file_name().is_some_and(|own| own.to_string_lossy() == name)
 }
 
 #[cfg(test)]
@@ -56,17 +72,23 @@ mod tests {
         let mut delivered = Delivered::default();
         delivered.see(&[file("1.ply", 1), file("copy.ply", 2)]);
         delivered.see(&[file("1.ply", 1), file("copy.ply", 2), file("2.ply", 3)]);
-        // Of an earlier run, whatever it was called then.
-        assert!(!delivered.is_repeated(&file("1.ply", 1), "a", "1.ply"));
-        assert!(!delivered.is_repeated(&file("copy.ply", 2), "a", "1.ply"));
+        // Of an earlier run, whatever it was called then; but a copy that came while nobody watched was never told.
+        assert!(!delivered.is_repeated(&file("1.ply", 1), "a", "1.ply", true));
+        assert!(!delivered.is_repeated(&file("copy.ply", 2), "a", "1.ply", true));
+        assert!(!delivered.is_repeated(&file("copy.ply", 2), "a", "another name.ply", false));
+        assert!(delivered.is_repeated(&file("copy.ply", 2), "a", "1.ply", false));
+        assert!(delivered.is_old(&file("1.ply", 1)) && !delivered.is_old(&file("1.ply", 2)));
         // Written again since; come since.
-        assert!(delivered.is_repeated(&file("1.ply", 9), "a", "1.ply"));
-        assert!(delivered.is_repeated(&file("2.ply", 3), "a", "1.ply"));
+        assert!(delivered.is_repeated(&file("1.ply", 9), "a", "1.ply", true));
+        assert!(delivered.is_repeated(&file("2.ply", 3), "a", "1.ply", true));
         // A share that was empty at first, and then shows what it holds.
-        assert!(!delivered.is_repeated(&file("0.ply", 3), "b", "0.ply"));
+        assert!(!delivered.is_repeated(&file("0.ply", 3), "b", "0.ply", true));
         delivered.note(&file("3.ply", 5), "c");
-        assert!(!delivered.is_repeated(&file("3.ply", 5), "c", "3.ply"), "the folder was away");
-        assert!(delivered.is_repeated(&file("3.ply", 6), "c", "3.ply"));
-        assert!(delivered.is_repeated(&file("copy.ply", 2), "c", "3.ply"), "inspected by this very watch");
+        assert!(!delivered.is_repeated(&file("3.ply", 5), "c", "3.ply", true), "the folder was away");
+        assert!(delivered.is_repeated(&file("3.ply", 6), "c", "3.ply", true));
+        assert!(delivered.is_repeated(&file("copy.ply", 2), "c", "3.ply", true), "inspected by this very watch");
+        // A copy was told before the scan that it was made of was looked at.
+        delivered.note(&file("copy.ply", 2), "a");
+        assert!(!delivered.is_repeated(&file("1.ply", 1), "a", "1.ply", true));
     }
 }

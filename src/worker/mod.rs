@@ -11,6 +11,7 @@ pub mod earlier;
 mod editing_tests;
 mod examine;
 pub mod first_look;
+mod ground;
 mod inherited;
 pub mod merge;
 pub mod names;
@@ -26,6 +27,7 @@ mod words;
 
 pub use check::{CadAsked, check_document, check_plan, foretell_document, foretell_plan, prepare_document};
 pub use examine::{Examiner, part_settings, prepare_part};
+pub use ground::{Ground, Shaken};
 pub use request::{SequenceRequest, SequenceSummary, StopSwitch, WatchSettings};
 pub use sequence::run_sequence;
 pub use trial::{NoTrial, Trial, try_plan};
@@ -57,7 +59,7 @@ pub enum Event {
         /// From the cache, or built.
         cache: CacheUse,
     },
-    /// The scans of a sequence that does not watch, in order, none of them begun.
+    /// The scans of a sequence that does not watch, in order, none of them begun; or those that lie in a watched folder, whenever they are others.
     Listed(Vec<PathBuf>),
     /// A part was looked at, but nothing of it could be written: it has no verdict.
     Lost {
@@ -87,6 +89,8 @@ pub enum Event {
         scan: Option<Arc<ConditionedScan>>,
         /// The files written.
         files: Vec<PathBuf>,
+        /// Watching: a scan of this name and content has a result by another plan or CAD; it is no part that came now.
+        again: bool,
         /// How long it took, reading to writing.
         took: Duration,
     },

@@ -252,6 +252,12 @@ impl ResultsFolder {
     pub fn inspected_as(&self, scan_sha256: &str, plan_sha256: &str, cad_sha256: &str) -> Option<&Row> {
         self.table.inspected_as(scan_sha256, plan_sha256, cad_sha256)
     }
+
+    /// Whether a scan of this name has a result here; with a content, whether that content has one under this name, by whatever plan and CAD.
+    pub fn knows(&self, scan: &Path, scan_sha256: Option<&str>) -> bool {
+        let Some(name) = file_name(scan) else { return false };
+        scan_sha256.map_or_else(|| self.table.has_scan(&name), |sha256| self.table.has_inspected(&name, sha256))
+    }
 }
 
 /// Whether a result of that name stands in the folder though no manifest lists it (any more).

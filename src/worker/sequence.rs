@@ -69,6 +69,8 @@ pub(super) struct Sequence<'a> {
     pub(super) results: ResultsFolder,
     pub(super) plan_on_disk: PlanOnDisk,
     prepare_ms: Option<f64>,
+    /// The results of the part before could not be written.
+    lost_one: bool,
 }
 
 /// How one scan of the sequence ended.
@@ -148,7 +150,16 @@ impl<'a> Sequence<'a> {
         listener(Event::Problems(warnings));
         let plan_on_disk = PlanOnDisk::of(&plan, request.plan_path.clone());
         let examiner = Examiner { plan, part };
-        Ok(Some(Self { request, stop, listener, examiner, results, plan_on_disk, prepare_ms: Some(prepare_ms) }))
+        Ok(Some(Self {
+            request,
+            stop,
+            listener,
+            examiner,
+            results,
+            plan_on_disk,
+            prepare_ms: Some(prepare_ms),
+            lost_one: false,
+        }))
     }
 
     /// The plan's scans as they lie in the folder now, without this program's own files.
@@ -184,7 +195,10 @@ impl<'a> Sequence<'a> {
             let waiting = of - index - 1;
             (self.listener)(Event::Started { index: index + 1, of: Some(of), waiting, scan: scan.clone() });
             match self.one_scan(scan, None) {
-                Ok(ScanEnd::Done(result)) => summary.count(&result.outcome),
+                Ok(ScanEnd::Done(result)) => {
+                    self.lost_one = false;
+                    summary.count(&result.outcome);
+                }
                 Ok(_) => {}
                 Err(diagnostic) => self.unwritten(scan, diagnostic, summary)?,
             }
@@ -204,7 +218,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// The results of a part could not be written: told and counted. The next part is tried where only this one did not fit; the error:
-    /// nothing can be written at all.
+    /// nothing can be written at all, or those of two parts one after the other could not.
     fn unwritten(
         &mut self,
         scan: &Path,
@@ -216,6 +230,9 @@ impl<'a> Sequence<'a> {
         diagnostic.message = format!("the results of {name} are lost: {}", diagnostic.message);
         self.lost(scan, &diagnostic);
         (self.listener)(Event::Problems(vec![diagnostic.clone()]));
+        if std::mem::replace(&mut self.lost_one, true) {
+            return Err(diagnostic);
+        }
         let Ok(warnings) = self.results.reopen() else { return Err(diagnostic) };
         (self.listener)(Event::Problems(warnings));
         Ok(())
@@ -238,7 +255,11 @@ impl<'a> Sequence<'a> {
         };
         let run = RunContext::new(&stop.now, &observe);
         match self.look_into(scan, watched, &run) {
-            Ok(Look::Result(inspected)) => self.hand_in(scan, *inspected, &clock, &run),
+            Ok(Look::Result(inspected)) => {
+                let sha256 = inspected.result.identity.scan_sha256.as_deref();
+                let again = watched.is_some() && sha256.is_some() && self.results.knows(scan, sha256);
+                self.hand_in(scan, *inspected, again, &clock, &run)
+            }
             Ok(Look::Repeated(sha256, before)) => self.repeated(scan, sha256, &before, &clock, &run),
             Ok(Look::End(end)) => Ok(end),
             Err(Cancelled) => Ok(ScanEnd::Dropped),
@@ -263,7 +284,7 @@ impl<'a> Sequence<'a> {
             return Ok(ScanEnd::Repeated(sha256));
         }
         let refused = self.examiner.refused(scan, None, &told);
-        Ok(match self.hand_in(scan, refused, clock, run)? {
+        Ok(match self.hand_in(scan, refused, false, clock, run)? {
             ScanEnd::Done(_) => ScanEnd::Repeated(sha256),
             end => end,
         })
@@ -307,7 +328,8 @@ impl<'a> Sequence<'a> {
             return Some(Look::End(not_yet(NotYet::CutOff, *fault)));
         }
         let inspected_as = row.scan.clone();
-        if delivered.is_repeated(file, &loaded.sha256, &inspected_as) {
+        let has_result = self.results.knows(scan, None);
+        if delivered.is_repeated(file, &loaded.sha256, &inspected_as, has_result) {
             return Some(Look::Repeated(loaded.sha256.clone(), inspected_as));
         }
         (self.listener)(Event::Known { scan: scan.to_path_buf(), inspected_as });
@@ -319,6 +341,7 @@ impl<'a> Sequence<'a> {
         &mut self,
         scan: &Path,
         mut inspected: Inspected,
+        again: bool,
         clock: &StageClock,
         run: &RunContext,
     ) -> Result<ScanEnd, Diagnostic> {
@@ -345,7 +368,7 @@ impl<'a> Sequence<'a> {
         self.append_timings(scan, clock);
         let (result, points) = (Arc::new(inspected.result), inspected.scan.map(Arc::new));
         let took = clock.elapsed();
-        (self.listener)(Event::Finished { result: result.clone(), scan: points, files, took });
+        (self.listener)(Event::Finished { result: result.clone(), scan: points, files, again, took });
         Ok(ScanEnd::Done(result))
     }
 

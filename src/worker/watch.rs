@@ -113,6 +113,11 @@ impl FolderWatch {
         self.seen.get(path).is_none_or(|seen| seen.state == State::Settling && seen.told.is_none())
     }
 
+    /// Whether a file was not there at the last look.
+    pub fn is_new(&self, path: &Path) -> bool {
+        !self.seen.contains_key(path)
+    }
+
     /// Files that are in sight but not whole.
     pub fn waiting(&self) -> impl Iterator<Item = &Path> {
         self.seen.iter().filter(|(_, seen)| seen.state == State::Waiting).map(|(path, _)| path.as_path())

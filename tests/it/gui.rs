@@ -2,6 +2,7 @@
 
 mod earlier;
 mod engineer;
+mod ground;
 mod merge;
 mod names;
 mod new_plan;

@@ -243,6 +243,10 @@ fn trouble(scope: &Scope) -> Option<Said> {
         let sentence = words.fill("operator.scan_not_whole", &[("scan", &scan)]);
         return Some(without_verdict(Some(&unfinished.scan), &sentence, unfinished.why.help.as_deref(), words));
     }
+    if let (Job::Idle, Some(_), Some(last)) = (&facts.job, &facts.last_end, facts.arrived.last()) {
+        let sentence = words.count("operator.came_since", facts.arrived.len());
+        return Some(without_verdict(Some(last), &sentence, Some(words.text("operator.inspect_them")), words));
+    }
     facts.failure().map(|why| without_verdict(None, &words.told(&why.message), why.help.as_deref(), words))
 }
 
@@ -261,9 +265,14 @@ fn without_verdict(scan: Option<&Path>, sentence: &str, help: Option<&str>, word
 fn before_the_first(scope: &Scope) -> Said {
     let (facts, words) = (scope.facts, scope.words);
     let text = |key: &str| words.text(key).to_owned();
+    let of_run = facts.parts.get(facts.run_from..).unwrap_or_default();
+    let header = match of_run.iter().filter(|part| part.again).count() {
+        0 => text("operator.none_yet"),
+        again => words.count("operator.again_by_this_plan", again),
+    };
     let say = |sign: Sign, word: &str, sentence: String, note: String| Said {
         sign,
-        header: text("operator.none_yet"),
+        header: header.clone(),
         word: text(word),
         name: text(word),
         sentence,
