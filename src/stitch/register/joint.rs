@@ -7,6 +7,7 @@ use super::network::{Alone, Anchor, Between, move_views, solve};
 use super::normal::Solved;
 use super::observed::Observed;
 use super::pairwise::Two;
+use super::progress::Step;
 use super::surface::Surface;
 use crate::fit::robust::TUKEY_WIDTH_SIGMAS;
 use crate::geometry::{Isometry3, Point3};
@@ -20,6 +21,8 @@ const ROUNDS: usize = 20;
 /// before: places change their partners for ever.
 const SETTLED: f64 = 1e-4;
 const STALLED: f64 = 0.05;
+/// Of the rounds to come, this part is left after each, for progress only.
+const LEFT: f64 = 0.97;
 
 /// A pair that takes part; views by their number among those solved for.
 pub(super) struct Joined<'a> {
@@ -47,7 +50,7 @@ pub(super) fn refine(
     pairs: &[Joined],
     anchors: &[Anchor],
     options: &Options,
-    run: &RunContext,
+    (run, step): (&RunContext, &Step),
 ) -> Result<Option<Refined>, Cancelled> {
     let mut refined = None;
     let mut last = f64::INFINITY;
@@ -65,6 +68,7 @@ pub(super) fn refine(
         let moved = |(m, s): (&motion::Motion, &&Surface)| motion::shift(m).norm() + motion::turn(m).norm() * s.extent;
         let most = solved.motions.iter().zip(surfaces).map(moved).fold(0.0, f64::max);
         refined = Some(Refined { solved, between });
+        step.leaves(LEFT);
         if most < SETTLED * least || (most < STALLED * least && most > 0.7 * last) {
             break;
         }

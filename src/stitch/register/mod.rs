@@ -11,8 +11,9 @@
 //!   --verdict--> Registration                 who is placed, who is left out by name and why, pairs, cycles, weak motions
 //! ```
 //!
-//! Views are taken in the order of their names, so that the order in which they are given changes nothing; sums run in that order, so that
-//! threads change nothing either. Lengths are in the views' own unit, angles in rad.
+//! Views are taken in the order of their surfaces, so that neither names nor the order in which they are given change anything; sums run in
+//! that order, so that threads change nothing either. Names count where no pose is known: views are tried with those of neighbouring names
+//! first, and the first one is the gauge. Lengths are in the views' own unit, angles in rad.
 
 mod cycles;
 mod inputs;
@@ -22,9 +23,13 @@ mod motion;
 mod network;
 mod normal;
 mod observed;
+mod order;
+#[cfg(test)]
+mod order_tests;
 mod overlap;
 mod pairwise;
 mod pipeline;
+mod progress;
 mod result;
 mod rim;
 #[cfg(test)]
@@ -35,6 +40,7 @@ mod sight;
 mod surface;
 #[cfg(test)]
 mod synthetic_tests;
+mod unknown;
 mod verdict;
 mod weak;
 #[cfg(test)]

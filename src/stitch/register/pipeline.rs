@@ -3,11 +3,12 @@
 use super::inputs::check;
 use super::joint::{Joined, Refined, refine};
 use super::network::{Anchor, Edge, LEAST_WEIGHT, graph};
+use super::order;
 use super::overlap::{Guess, candidates};
 use super::pairwise::{Tried, Two, register as register_pair, way_from};
+use super::progress::{self, Step};
 use super::result::{RegisterError, Registration};
 use super::rim::Field;
-use super::search::{COARSE_PATCHES, Scales, search};
 use super::surface::{NoSurface, Surface};
 use super::verdict;
 use super::{Options, Prior};
@@ -17,19 +18,22 @@ use crate::stitch::View;
 use crate::stitch::shelf::{InMemory, Shelf};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// A view may be off by this many standard deviations of its prior.
 const SIGMAS: f64 = 3.0;
 /// Cells by which the sensor's field of view is told, in distances of patches.
 const FIELD_CELL: f64 = 4.0;
-/// Searches without a prior for one view, with those placed already whose names are nearest.
-const MOST_SEARCHES: usize = 12;
 /// A view whose pose nothing holds may move by this many times the noise, and not by more than its size: for numbers only.
 const LOOSE: f64 = 1e5;
 
-/// All that is known on the way; views are told by their place in the order of their names.
+/// All that is known on the way; views are told by their place in the order of what they show.
 pub(super) struct Work<'a> {
     pub views: Vec<&'a View>,
+    /// Of each view its place in the order given.
+    pub given: Vec<usize>,
+    /// And in the order of names: views without poses follow each other in it, and the first is their gauge.
+    pub by_name: Vec<usize>,
     pub priors: Vec<Option<Prior>>,
     /// Nothing for a view that is no surface.
     pub surfaces: Vec<Option<Surface>>,
@@ -42,7 +46,9 @@ pub(super) struct Work<'a> {
     /// Poses of the views that are connected.
     pub poses: Vec<Option<Isometry3>>,
     pub options: Options,
+    /// Without the share that is done, which only `told` hears of.
     pub run: RunContext<'a>,
+    pub told: RunContext<'a>,
 }
 
 /// Registers views. A prior for each view, `None` where nothing is known of its pose.
@@ -71,20 +77,23 @@ pub fn register_from(
     run: &RunContext,
 ) -> Result<Registration, RegisterError> {
     check(views, priors, options)?;
-    let mut order: Vec<usize> = (0..views.len()).collect();
-    order.sort_by(|a, b| views[*a].name.cmp(&views[*b].name).then(a.cmp(b)));
+    let mut given: Vec<usize> = (0..views.len()).collect();
+    given.sort_by(|a, b| views[*a].name.cmp(&views[*b].name).then(a.cmp(b)));
     let mut work = Work {
-        views: order.iter().map(|k| &views[*k]).collect(),
-        priors: order.iter().map(|k| priors[*k]).collect(),
+        views: given.iter().map(|k| &views[*k]).collect(),
+        priors: given.iter().map(|k| priors[*k]).collect(),
+        given,
+        by_name: (0..views.len()).collect(),
         surfaces: Vec::new(),
         left_out: vec![None; views.len()],
         tried: BTreeMap::new(),
         weights: BTreeMap::new(),
         poses: vec![None; views.len()],
         options: *options,
-        run: *run,
+        run: run.without_share(),
+        told: *run,
     };
-    work.lay_surfaces(shelf, &order)?;
+    work.lay_surfaces(shelf)?;
     work.try_neighbours()?;
     work.search_unknown()?;
     verdict::doubt_unlike(&mut work);
@@ -93,29 +102,31 @@ pub fn register_from(
     verdict::doubt_unlike(&mut work);
     work.connect()?;
     let refined = work.settle()?;
-    Ok(verdict::tell(&work, refined, &order)?)
+    Ok(verdict::tell(&work, refined)?)
 }
 
-/// The first view is the gauge, to the last digit.
-fn hold_first(poses: &mut [Isometry3]) {
-    if let Some(first) = poses.first().copied() {
-        poses.iter_mut().for_each(|pose| *pose = first.inverse() * *pose);
-        poses[0] = Isometry3::identity();
-    }
+/// One view is the gauge, to the last digit.
+fn hold(poses: &mut [Isometry3], gauge: usize) {
+    let held = poses[gauge];
+    poses.iter_mut().for_each(|pose| *pose = held.inverse() * *pose);
+    poses[gauge] = Isometry3::identity();
 }
 
 impl Work<'_> {
-    /// `order`: of each view its place on the shelf.
-    fn lay_surfaces(&mut self, shelf: &dyn Shelf, order: &[usize]) -> Result<(), RegisterError> {
+    /// Lays the surfaces, and from then on takes views in their order.
+    fn lay_surfaces(&mut self, shelf: &dyn Shelf) -> Result<(), RegisterError> {
         let finite = |p: &Point3| p.coords.iter().all(|c| c.is_finite());
+        let step = Step::new(&self.told, progress::SURFACES, self.views.len());
         let lay = |place: &usize| {
             let view = shelf.view(*place).map_err(|fault| RegisterError::NotFetched(Box::new(fault)))?;
             if let Some(index) = view.positions.iter().position(|p| !finite(p)) {
                 return Err(RegisterError::NotFinite { name: view.name.clone(), index });
             }
-            Ok(Surface::new(&view, self.options.d_grid, &self.run))
+            let laid = Surface::new(&view, self.options.d_grid, &self.run);
+            step.one();
+            Ok(laid)
         };
-        let laid: Vec<Result<Result<Surface, NoSurface>, RegisterError>> = order.par_iter().map(lay).collect();
+        let laid: Vec<Result<Result<Surface, NoSurface>, RegisterError>> = self.given.par_iter().map(lay).collect();
         for (k, laid) in laid.into_iter().enumerate() {
             let laid = laid?;
             let name = || self.views[k].name.clone();
@@ -129,8 +140,19 @@ impl Work<'_> {
                 Err(NoSurface::Cancelled(cancelled)) => return Err(cancelled.into()),
             }
         }
+        self.put_in_order();
         self.keep_true_rims();
         Ok(())
+    }
+
+    fn put_in_order(&mut self) {
+        let order = order::by_content(&self.surfaces, &self.priors);
+        self.views = order.iter().map(|k| self.views[*k]).collect();
+        self.priors = order.iter().map(|k| self.priors[*k]).collect();
+        self.given = order.iter().map(|k| self.given[*k]).collect();
+        self.by_name = order.iter().map(|k| self.by_name[*k]).collect();
+        self.surfaces = order.iter().map(|k| self.surfaces[*k].take()).collect();
+        self.left_out = order.iter().map(|k| self.left_out[*k].take()).collect();
     }
 
     /// Leaves rims where the sensor's own field of view ends out.
@@ -164,13 +186,17 @@ impl Work<'_> {
         pairs: &[(usize, usize)],
         pose: impl Fn(&Self, usize) -> Option<Isometry3> + Sync,
         off: impl Fn(&Self, usize) -> f64 + Sync,
+        share: Range<f64>,
     ) -> Result<(), Cancelled> {
         let this: &Self = self;
+        let step = Step::new(&self.told, share, pairs.len());
         let one = |(a, b): &(usize, usize)| -> Result<Option<Tried>, Cancelled> {
             let Some(two) = this.two(*a, *b) else { return Ok(None) };
             let Some((from, to)) = pose(this, *a).zip(pose(this, *b)) else { return Ok(None) };
             let way = way_from(two, off(this, *a).hypot(off(this, *b)), &this.options);
-            register_pair(two, &(to.inverse() * from), way, &this.options, &this.run).map(Some)
+            let tried = register_pair(two, &(to.inverse() * from), way, &this.options, &this.run)?;
+            step.one();
+            Ok(Some(tried))
         };
         let tried: Vec<Option<Tried>> = pairs.par_iter().map(one).collect::<Result<_, Cancelled>>()?;
         for (pair, tried) in pairs.iter().zip(tried) {
@@ -182,7 +208,7 @@ impl Work<'_> {
 
     fn try_neighbours(&mut self) -> Result<(), Cancelled> {
         let pairs = self.near(|work, k| work.priors[k].map(|p| p.world_from_view), Self::off);
-        self.try_pairs(&pairs, |work, k| work.priors[k].map(|p| p.world_from_view), Self::off)
+        self.try_pairs(&pairs, |work, k| work.priors[k].map(|p| p.world_from_view), Self::off, progress::NEIGHBOURS)
     }
 
     /// Pairs of views that may overlap in poses.
@@ -199,54 +225,13 @@ impl Work<'_> {
         candidates(&guesses, self.options.least_share, self.options.most_neighbours)
     }
 
-    /// Views of which no pose is known: first with the view before, then with those that are connected already.
-    fn search_unknown(&mut self) -> Result<(), Cancelled> {
-        let usable: Vec<usize> = (0..self.views.len()).filter(|k| self.surfaces[*k].is_some()).collect();
-        let unknown = |work: &Self, k: usize| work.priors[k].is_none();
-        if !usable.iter().any(|k| unknown(self, *k)) {
-            return Ok(());
-        }
-        let coarse = |surface: &Option<Surface>| surface.as_ref()?.coarser(COARSE_PATCHES, &self.run).ok();
-        let coarse: Vec<Option<Surface>> = self.surfaces.par_iter().map(coarse).collect();
-        self.run.check()?;
-        for pair in usable.windows(2) {
-            if unknown(self, pair[0]) || unknown(self, pair[1]) {
-                self.search_pair(pair[0], pair[1], &coarse)?;
-            }
-        }
-        let mut searches: BTreeMap<usize, usize> = BTreeMap::new();
-        loop {
-            let main = self.main_part();
-            let tried = |a: usize, b: usize| self.tried.contains_key(&(a.min(b), a.max(b)));
-            let unknown = |k: usize| self.priors[k].is_none();
-            let next = usable.iter().filter(|k| !main.contains(k)).find_map(|k| {
-                let free = searches.get(k).is_none_or(|n| *n < MOST_SEARCHES);
-                let open = main.iter().filter(|m| unknown(*k) || unknown(**m)).filter(|m| !tried(*k, **m));
-                let nearest = open.min_by_key(|m| (m.abs_diff(*k), **m))?;
-                free.then_some((*k, *nearest))
-            });
-            let Some((k, other)) = next else { return Ok(()) };
-            *searches.entry(k).or_default() += 1;
-            self.search_pair(k.min(other), k.max(other), &coarse)?;
-        }
-    }
-
-    fn search_pair(&mut self, a: usize, b: usize, coarse: &[Option<Surface>]) -> Result<(), Cancelled> {
-        let Some(fine) = self.two(a, b) else { return Ok(()) };
-        let Some((ca, cb)) = coarse[a].as_ref().zip(coarse[b].as_ref()) else { return Ok(()) };
-        let scales = Scales { fine, coarse: Two { a: ca, b: cb } };
-        let tried = search(&scales, &self.options, &self.run)?;
-        self.tried.insert((a, b), tried);
-        Ok(())
-    }
-
     /// Whether a pair is thought to be right.
     pub(super) fn is_good(&self, pair: &(usize, usize)) -> bool {
         let fits = self.tried.get(pair).is_some_and(|t| t.fitted.is_some() && t.why_not.is_none());
         fits && self.weights.get(pair).is_none_or(|w| *w >= LEAST_WEIGHT)
     }
 
-    /// Views that good pairs connect: the largest such set, of equals the one with the first name.
+    /// Views that good pairs connect: the largest such set, of equals the one with the first view.
     pub(super) fn main_part(&self) -> BTreeSet<usize> {
         let mut best = BTreeSet::new();
         let mut seen = vec![false; self.views.len()];
@@ -305,7 +290,7 @@ impl Work<'_> {
         let mut known: BTreeMap<usize, Isometry3> =
             members.iter().filter_map(|k| Some((*k, self.priors[*k]?.world_from_view))).collect();
         if known.is_empty() {
-            known.extend(members.first().map(|k| (*k, Isometry3::identity())));
+            known.extend(self.gauge(members).map(|at| (members[at], Isometry3::identity())));
         }
         let mut open: Vec<usize> = known.keys().copied().collect();
         while let Some(at) = open.pop() {
@@ -322,9 +307,15 @@ impl Work<'_> {
         members.iter().map(|k| known.get(k).copied().unwrap_or_else(Isometry3::identity)).collect()
     }
 
+    /// Which of the members is the gauge: none where poses are known, else the one whose name comes first.
+    pub(super) fn gauge(&self, members: &[usize]) -> Option<usize> {
+        let any_prior = members.iter().any(|k| self.priors[*k].is_some());
+        (0..members.len()).filter(|_| !any_prior).min_by_key(|at| self.by_name[members[*at]])
+    }
+
     /// What holds each view of a part beside the pairs.
     pub(super) fn anchors(&self, members: &[usize], poses: &[Isometry3]) -> Vec<Anchor> {
-        let any_prior = members.iter().any(|k| self.priors[*k].is_some());
+        let gauge = self.gauge(members);
         let anchor = |(at, k): (usize, &usize)| {
             let surface = self.surfaces[*k].as_ref()?;
             let noise = self.options.noise.unwrap_or(surface.noise).max(1e-6 * surface.extent);
@@ -333,7 +324,7 @@ impl Work<'_> {
             };
             match &self.priors[*k] {
                 Some(p) => held(p.world_from_view, p.rotation_sigma_rad, p.translation_sigma, false),
-                None if !any_prior && at == 0 => held(poses[at], 1e-4 * noise / surface.extent, 1e-4 * noise, false),
+                None if gauge == Some(at) => held(poses[at], 1e-4 * noise / surface.extent, 1e-4 * noise, false),
                 None => {
                     let loose = surface.half_size().min(LOOSE * noise);
                     held(poses[at], loose / surface.extent, loose, true)
@@ -351,26 +342,27 @@ impl Work<'_> {
         };
         let near: Vec<(usize, usize)> =
             self.near(pose, |_, _| 0.0).into_iter().filter(|pair| !self.is_good(pair)).collect();
-        self.try_pairs(&near, pose, off)
+        self.try_pairs(&near, pose, off, progress::AGAIN)
     }
 
     /// All views that are connected refined together; one that does not agree with what its neighbours see is left out, and the others refined again.
     fn settle(&mut self) -> Result<Option<Refined>, Cancelled> {
+        let step = Step::new(&self.told, progress::TOGETHER, 0);
         loop {
             let members: Vec<usize> = self.main_part().into_iter().collect();
             let mut poses: Vec<Isometry3> = members.iter().filter_map(|k| self.poses[*k]).collect();
-            let refined = self.refine(&members, &mut poses)?;
-            if !members.iter().any(|k| self.priors[*k].is_some()) {
-                hold_first(&mut poses);
+            let refined = self.refine(&members, &mut poses, &step)?;
+            if let Some(gauge) = self.gauge(&members) {
+                hold(&mut poses, gauge);
             }
             self.poses = vec![None; self.views.len()];
             members.iter().zip(poses).for_each(|(k, pose)| self.poses[*k] = Some(pose));
-            let Some((worst, why)) = verdict::worst(self)? else { return Ok(refined) };
+            let Some((worst, why)) = verdict::worst(self, &step)? else { return Ok(refined) };
             self.left_out[worst] = Some(why);
         }
     }
 
-    fn refine(&self, members: &[usize], poses: &mut [Isometry3]) -> Result<Option<Refined>, Cancelled> {
+    fn refine(&self, members: &[usize], poses: &mut [Isometry3], step: &Step) -> Result<Option<Refined>, Cancelled> {
         let surfaces: Vec<&Surface> = members.iter().filter_map(|k| self.surfaces[*k].as_ref()).collect();
         let place = |view: usize| members.binary_search(&view).ok();
         let joined: Vec<Joined> = self
@@ -393,6 +385,6 @@ impl Work<'_> {
             })
             .collect();
         let anchors = self.anchors(members, poses);
-        refine(&surfaces, poses, &joined, &anchors, &self.options, &self.run)
+        refine(&surfaces, poses, &joined, &anchors, &self.options, (&self.run, step))
     }
 }

@@ -182,8 +182,8 @@ impl Surface {
     }
 }
 
-/// The distance d_grid of points, by how far away their twenty-fifth neighbour is. Unlike by cells it comes out the same however a view is turned,
-/// and with it all patches.
+/// About the distance of points (up to 5 % more than d_grid where they lie in a square grid), by how far away their twenty-fifth neighbour is.
+/// Unlike by cells it comes out the same however a view is turned, and with it all patches.
 fn point_distance(points: &[Point3]) -> Option<f64> {
     let entries: Vec<[f64; 3]> = points.iter().map(|p| p.coords.into()).collect();
     let tree: ImmutableKdTree<f64, 3> = ImmutableKdTree::new_from_slice(&entries).ok()?;

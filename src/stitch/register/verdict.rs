@@ -5,8 +5,10 @@ use super::joint::Refined;
 use super::matches::Sample;
 use super::motion;
 use super::network::{Between, Edge, LEAST_WEIGHT};
+use super::order::{cycles_by_name, pairs_by_name};
 use super::pairwise::{Fit, LEAST_AGREEMENT, fit_of};
 use super::pipeline::Work;
+use super::progress::{self, Step};
 use super::result::{Cycle, Gauge, LeftOut, Pair, PairState, Placed, Registration, ViewOutcome, Weak};
 use super::sight::{Says, Sight, of_rims};
 use super::surface::Surface;
@@ -31,6 +33,8 @@ const MANY: usize = 20;
 const MOST_UNLIKE: f64 = 3.0;
 /// A motion that is held no better than to so many times the noise of a point, one standard deviation, is weak: it shows among single points.
 const WEAK_NOISES: f64 = 2.0;
+/// Looking for the worst view leaves this part of the work to settle, for progress only.
+const LEFT: f64 = 0.75;
 /// Pairs named in the reason of a view that is left out.
 const NAMED: usize = 2;
 
@@ -74,14 +78,16 @@ pub(super) fn final_fit(work: &Work, pair: &(usize, usize)) -> Option<Fit> {
 }
 
 /// The placed view that agrees least with what its neighbours see in the same place, if that is too little, and why it is left out.
-pub(super) fn worst(work: &Work) -> Result<Option<(usize, String)>, Cancelled> {
+pub(super) fn worst(work: &Work, step: &Step) -> Result<Option<(usize, String)>, Cancelled> {
     work.run.check()?;
     let placed = work.poses.iter().flatten().count();
     if placed < 2 {
         return Ok(None);
     }
     let mut worst: Option<(f64, usize)> = None;
-    let agreements = agreements(work);
+    let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
+    let one = LEFT.powf(1.0 / near.len().max(1) as f64);
+    let agreements = agreements(work, &near, &|| step.leaves(one));
     let least = least_agreement(&agreements);
     for (view, (agreement, _)) in agreements.into_iter().enumerate() {
         if agreement < least && worst.is_none_or(|(least, _)| agreement < least) {
@@ -139,9 +145,13 @@ fn seen_through(work: &Work) -> Option<(usize, String)> {
 }
 
 /// Of each view the share of what it and its neighbours see in the same place that agrees, and how many neighbours.
-fn agreements(work: &Work) -> Vec<(f64, usize)> {
-    let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
-    let fits: Vec<Option<Fit>> = near.par_iter().map(|pair| final_fit(work, pair)).collect();
+fn agreements(work: &Work, near: &[(usize, usize)], done: &(dyn Fn() + Sync)) -> Vec<(f64, usize)> {
+    let fit = |pair: &(usize, usize)| {
+        let fit = final_fit(work, pair);
+        done();
+        fit
+    };
+    let fits: Vec<Option<Fit>> = near.par_iter().map(fit).collect();
     let mut sums = vec![(0.0, 0.0, 0_usize); work.views.len()];
     for (pair, fit) in near.iter().zip(fits) {
         let Some(fit) = fit.filter(|fit| fit.agreement > 0.0) else { continue };
@@ -184,32 +194,34 @@ fn moved(work: &Work, view: usize, pose: &Isometry3) -> Option<(f64, f64)> {
     Some(((pose * middle - prior * middle).norm(), (pose.rotation * prior.rotation.inverse()).angle()))
 }
 
-/// All of it. `order`: of each view by name its place in the order given.
-pub(super) fn tell(work: &Work, refined: Option<Refined>, order: &[usize]) -> Result<Registration, Cancelled> {
+/// All of it, views told by their places in the order given.
+pub(super) fn tell(work: &Work, refined: Option<Refined>) -> Result<Registration, Cancelled> {
+    let order = &work.given;
     let members: Vec<usize> = (0..work.views.len()).filter(|k| work.poses[*k].is_some()).collect();
     let covariances = refined.as_ref().map(|r| r.solved.factor.covariances(&work.run)).transpose()?.unwrap_or_default();
     let between = refined.map(|r| r.between).unwrap_or_default();
-    let any_prior = members.iter().any(|k| work.priors[*k].is_some());
-    let agreements = agreements(work);
+    let gauge = work.gauge(&members);
+    let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
+    let step = Step::new(&work.told, progress::TELLING, near.len() + work.tried.len());
+    let agreements = agreements(work, &near, &|| step.one());
     let mut views = vec![None; order.len()];
     for (k, place) in order.iter().enumerate() {
         let at = members.binary_search(&k).ok();
-        let gauge = !any_prior && at == Some(0);
-        let known = at.and_then(|at| covariances.get(at)).filter(|_| !gauge);
+        let known = at.filter(|_| at != gauge).and_then(|at| covariances.get(at));
         let covariance = known.copied().unwrap_or_else(Matrix6::zeros);
         views[*place] = Some(outcome(work, k, covariance, agreements[k].0));
     }
     let mut noises: Vec<f64> = work.surfaces.iter().flatten().map(|s| s.noise).collect();
-    let gauge = match members.first() {
-        Some(first) if !any_prior => Gauge::View(order[*first]),
-        _ => Gauge::Priors,
-    };
+    let mut rank = vec![0; order.len()];
+    order.iter().zip(&work.by_name).for_each(|(place, name)| rank[*place] = *name);
+    let mut weak = weak(work, &members, &between, order);
+    weak.sort_by_key(|weak| rank[weak.view]);
     Ok(Registration {
         views: views.into_iter().flatten().collect(),
-        pairs: pairs(work, order),
-        cycles: cycles(work, &members, order),
-        weak: weak(work, &members, &between, order),
-        gauge,
+        pairs: pairs_by_name(pairs(work, order, &step), &rank),
+        cycles: cycles_by_name(cycles(work, &members, order), &rank),
+        weak,
+        gauge: gauge.map_or(Gauge::Priors, |at| Gauge::View(order[members[at]])),
         noise: work.options.noise.or_else(|| median(&mut noises)).unwrap_or(0.0),
     })
 }
@@ -288,10 +300,11 @@ fn why(work: &Work, pair: &(usize, usize)) -> String {
 }
 
 /// Pairs as they lie in the final poses, or as they were found where one view is left out.
-fn pairs(work: &Work, order: &[usize]) -> Vec<Pair> {
+fn pairs(work: &Work, order: &[usize], step: &Step) -> Vec<Pair> {
     let one = |(pair, tried): (&(usize, usize), &super::pairwise::Tried)| {
         let none = Fit { share: 0.0, shared: 0, scale: f64::NAN, rms: f64::NAN, mean: f64::NAN, agreement: 0.0 };
         let fit = final_fit(work, pair).or_else(|| Some(tried.fitted.as_ref()?.fit)).unwrap_or(none);
+        step.one();
         let placed = work.poses[pair.0].is_some() && work.poses[pair.1].is_some();
         let state = if placed && work.is_good(pair) {
             PairState::Used { weight: work.weights.get(pair).copied().unwrap_or(1.0) }
