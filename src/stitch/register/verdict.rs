@@ -87,7 +87,7 @@ pub(super) fn worst(work: &Work, step: &Step) -> Result<Option<(usize, String)>,
     let mut worst: Option<(f64, usize)> = None;
     let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
     let one = LEFT.powf(1.0 / near.len().max(1) as f64);
-    let agreements = agreements(work, &near, &|| step.leaves(one));
+    let agreements = agreements(work, &near, &|| step.leaves(one))?;
     let least = least_agreement(&agreements);
     for (view, (agreement, _)) in agreements.into_iter().enumerate() {
         if agreement < least && worst.is_none_or(|(least, _)| agreement < least) {
@@ -101,7 +101,9 @@ pub(super) fn worst(work: &Work, step: &Step) -> Result<Option<(usize, String)>,
         );
         return Ok(Some((view, why)));
     }
-    if let Some(seen_through) = seen_through(work) {
+    let seen_through = seen_through(work);
+    work.run.check()?;
+    if let Some(seen_through) = seen_through {
         return Ok(Some(seen_through));
     }
     Ok((0..work.views.len()).find_map(|view| Some((view, strayed(work, view)?))))
@@ -123,6 +125,8 @@ fn seen_through(work: &Work) -> Option<(usize, String)> {
     let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
     let both: Vec<(usize, usize)> = near.iter().flat_map(|(a, b)| [(*a, *b), (*b, *a)]).collect();
     let says = |(own, other): &(usize, usize)| {
+        // What is left out is asked for by nobody: the caller ends.
+        work.run.check().ok()?;
         let other_from_own = work.poses[*other]?.inverse() * work.poses[*own]?;
         let (own, other) = (work.surfaces[*own].as_ref()?, work.surfaces[*other].as_ref()?);
         Some(of_rims(own, other, &other_from_own))
@@ -145,13 +149,14 @@ fn seen_through(work: &Work) -> Option<(usize, String)> {
 }
 
 /// Of each view the share of what it and its neighbours see in the same place that agrees, and how many neighbours.
-fn agreements(work: &Work, near: &[(usize, usize)], done: &(dyn Fn() + Sync)) -> Vec<(f64, usize)> {
+fn agreements(work: &Work, near: &[(usize, usize)], done: &(dyn Fn() + Sync)) -> Result<Vec<(f64, usize)>, Cancelled> {
     let fit = |pair: &(usize, usize)| {
+        work.run.check()?;
         let fit = final_fit(work, pair);
         done();
-        fit
+        Ok(fit)
     };
-    let fits: Vec<Option<Fit>> = near.par_iter().map(fit).collect();
+    let fits: Vec<Option<Fit>> = near.par_iter().map(fit).collect::<Result<_, Cancelled>>()?;
     let mut sums = vec![(0.0, 0.0, 0_usize); work.views.len()];
     for (pair, fit) in near.iter().zip(fits) {
         let Some(fit) = fit.filter(|fit| fit.agreement > 0.0) else { continue };
@@ -162,7 +167,8 @@ fn agreements(work: &Work, near: &[(usize, usize)], done: &(dyn Fn() + Sync)) ->
             sums[view].2 += 1;
         }
     }
-    sums.into_iter().map(|(agree, seen, count)| (if seen > 0.0 { agree / seen } else { f64::NAN }, count)).collect()
+    let of_view = |(agree, seen, count)| (if seen > 0.0 { agree / seen } else { f64::NAN }, count);
+    Ok(sums.into_iter().map(of_view).collect())
 }
 
 /// Why a view that hangs on one pair alone is not believed: it lies too far from where its prior has it.
@@ -203,7 +209,7 @@ pub(super) fn tell(work: &Work, refined: Option<Refined>) -> Result<Registration
     let gauge = work.gauge(&members);
     let near = work.near(|work, k| work.poses[k], |_, _| 0.0);
     let step = Step::new(&work.told, progress::TELLING, near.len() + work.tried.len());
-    let agreements = agreements(work, &near, &|| step.one());
+    let agreements = agreements(work, &near, &|| step.one())?;
     let mut views = vec![None; order.len()];
     for (k, place) in order.iter().enumerate() {
         let at = members.binary_search(&k).ok();
@@ -218,7 +224,7 @@ pub(super) fn tell(work: &Work, refined: Option<Refined>) -> Result<Registration
     weak.sort_by_key(|weak| rank[weak.view]);
     Ok(Registration {
         views: views.into_iter().flatten().collect(),
-        pairs: pairs_by_name(pairs(work, order, &step), &rank),
+        pairs: pairs_by_name(pairs(work, order, &step)?, &rank),
         cycles: cycles_by_name(cycles(work, &members, order), &rank),
         weak,
         gauge: gauge.map_or(Gauge::Priors, |at| Gauge::View(order[members[at]])),
@@ -300,8 +306,9 @@ fn why(work: &Work, pair: &(usize, usize)) -> String {
 }
 
 /// Pairs as they lie in the final poses, or as they were found where one view is left out.
-fn pairs(work: &Work, order: &[usize], step: &Step) -> Vec<Pair> {
+fn pairs(work: &Work, order: &[usize], step: &Step) -> Result<Vec<Pair>, Cancelled> {
     let one = |(pair, tried): (&(usize, usize), &super::pairwise::Tried)| {
+        work.run.check()?;
         let none = Fit { share: 0.0, shared: 0, scale: f64::NAN, rms: f64::NAN, mean: f64::NAN, agreement: 0.0 };
         let fit = final_fit(work, pair).or_else(|| Some(tried.fitted.as_ref()?.fit)).unwrap_or(none);
         step.one();
@@ -312,7 +319,7 @@ fn pairs(work: &Work, order: &[usize], step: &Step) -> Vec<Pair> {
             PairState::Rejected { why: why(work, pair) }
         };
         let Fit { share, shared, rms, mean, agreement, .. } = fit;
-        Pair { a: order[pair.0], b: order[pair.1], shared, share, rms, mean, agreement, state }
+        Ok(Pair { a: order[pair.0], b: order[pair.1], shared, share, rms, mean, agreement, state })
     };
     work.tried.par_iter().map(one).collect()
 }
