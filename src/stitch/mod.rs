@@ -26,6 +26,7 @@ pub mod merging;
 pub mod metric;
 pub mod noise;
 pub mod non_uniformity;
+pub mod odd_radius;
 pub mod organised;
 pub mod place;
 mod pose_file;

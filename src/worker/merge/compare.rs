@@ -3,15 +3,17 @@
 use super::away::Away;
 use super::files::name_of;
 use crate::diagnostic::Diagnostic;
+use crate::fit::Fitted;
 use crate::geometry::Point3;
 use crate::io;
-use crate::plan::merge::{Judge, MergePlan, Metric, NamedFile};
+use crate::plan::merge::{FeatureKind, Judge, MergePlan, Metric, NamedFile};
 use crate::report::mask_study::short;
 use crate::report::merged_unit;
 use crate::report::pdf::merge::FeatureRow;
 use crate::run::{Cancelled, RunContext};
-use crate::stitch::feature::{FeatureFit, fit_feature, misfit};
+use crate::stitch::feature::{FeatureFit, fit_feature, fit_feature_near, misfit};
 use crate::stitch::merging::together;
+use crate::stitch::odd_radius::{OddRadius, ViewRadius, odd_radii};
 use crate::stitch::wear::{NewCloud, OldCloud, Wear, WearError, compare};
 use crate::stitch::{MergeResult, Shelf, StitchError};
 
@@ -35,6 +37,10 @@ pub(super) fn features(
         let row =
             FeatureRow { name: feature.name.clone(), certified, before: earlier, after: fit(&result.merged.positions) };
         warnings.extend(misfit_words(plan, &row, before.as_deref().unwrap_or_default(), &result.merged.positions));
+        if let (Ok(fit), true) = (&row.after, feature.kind != FeatureKind::Plane) {
+            let found = radii(&fit.shape, result, away, run)?;
+            warnings.extend(odd_radii(&found).iter().map(|odd| odd_words(plan, &feature.name, result, odd)));
+        }
         rows.push(row);
     }
     Ok((rows, warnings))
@@ -55,6 +61,38 @@ fn misfit_words(plan: &MergePlan, row: &FeatureRow, before: &[Point3], after: &[
     Some(format!(
         "{name} does not fit: its points lie off it by {sigma_dev} {unit} (sigma_dev) and scatter by {noise} {unit} beside their neighbours, check its kind in [[feature]]"
     ))
+}
+
+/// Most points of a view by which its own radius is told.
+const FITTED: usize = 50_000;
+
+/// The radius of a feature in each placed view by itself, where it can be fitted.
+fn radii(shape: &Fitted, result: &MergeResult, away: &Away, run: &RunContext) -> Result<Vec<ViewRadius>, StitchError> {
+    let shelf = away.is_begun().then(|| away.shelf(run));
+    let mut found = Vec::new();
+    for (k, view, world_from_view) in result.placed.merged() {
+        run.check()?;
+        let fetched = shelf.as_ref().map(|shelf| shelf.view(k)).transpose()?;
+        let positions = &fetched.as_deref().unwrap_or(view).positions;
+        let step = positions.len().div_ceil(FITTED).max(1);
+        let points: Vec<Point3> = positions.iter().step_by(step).map(|p| world_from_view * p).collect();
+        let fit = fit_feature_near(shape, &points).ok();
+        let known = fit.and_then(|fit| Some((fit.radius?, fit.radius_u?)));
+        found.extend(known.map(|(radius, radius_u)| ViewRadius { view: k, radius, radius_u }));
+    }
+    Ok(found)
+}
+
+fn odd_words(plan: &MergePlan, feature: &str, result: &MergeResult, odd: &OddRadius) -> String {
+    let (view, unit) = (&result.placed.views[odd.view].name, plan.unit.key());
+    // To a tenth of what is to be expected.
+    let decimals = (1 - odd.expected.log10().floor() as i64).clamp(0, 12) as usize;
+    let told = |length: f64| format!("{length:.decimals$}");
+    let (radius, others, expected) = (told(odd.radius), told(odd.others), told(odd.expected));
+    let count = odd.of;
+    format!(
+        "{view}: the radius of {feature} is {radius} {unit} in it and {others} {unit} in {count} other views, where a difference of {expected} {unit} (one standard deviation) is to be expected: it may show something else"
+    )
 }
 
 /// All points of the placed views, world frame; or why they are not had.
