@@ -3,12 +3,13 @@
 use super::merge::end;
 use super::{Exit, Manner, terminal};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::plan::merge::Metric;
 use crate::report::mask_study::advice;
 use crate::report::words::clean;
 use crate::run::RunContext;
 use crate::stitch::mask_study::Knee;
 use crate::worker::StopSwitch;
-use crate::worker::merge::{MaskStudyJob, MergeEvent, study_masks};
+use crate::worker::merge::{MaskStudyJob, MaskStudyRequest, MergeEvent, study_masks};
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -21,6 +22,10 @@ For every metric that is in the views, or can be computed of them, and every [[f
 Suggests the loosest threshold from which on sigma_dev lies within 5 % of its best; \"no knee\" where a metric does not help, or only at the cost of
 more than half of the points.
 
+delta_n and delta_n_angle are computed with the radii of [delta_n] in the settings, else with 2.5 and 6 times each view's d_grid; a column of that name
+in a view's file is used as it is, and a warning says so where the settings name radii. A metric that the settings ask for and that cannot be known
+of every view is warned of.
+
 Writes mask-study.csv and mask-study.pdf (plots) beside the merged cloud, or as --out says. Prints a line a metric, parted by tabs: feature, metric,
 what is suggested.
 
@@ -28,13 +33,22 @@ Exit status: 0 at least one threshold is suggested; 1 none is, or a view could n
 
 Examples:
   shapeline mask-study tool/merge.toml
-  shapeline mask-study tool/merge.toml --out tool/masks-2026-03")]
+  shapeline mask-study tool/merge.toml --out tool/masks-2026-03
+  shapeline mask-study tool/merge.toml --metric delta_n")]
 pub(super) struct MaskStudyArguments {
     /// The settings of the merge.
     merge: PathBuf,
     /// Name of both files, without ending.
     #[arg(long, value_name = "NAME")]
     out: Option<PathBuf>,
+    /// Study this metric only, such as delta_n; may be given several times. One that cannot be known of every view is an error then.
+    #[arg(long, value_name = "METRIC", value_parser = metric)]
+    metric: Vec<Metric>,
+}
+
+fn metric(text: &str) -> Result<Metric, String> {
+    let known = || Metric::ALL.map(Metric::key).join(", ");
+    Metric::of_key(&text.to_ascii_lowercase()).ok_or_else(|| format!("expected one of {}", known()))
 }
 
 pub(super) fn run(arguments: &MaskStudyArguments, manner: Manner) -> Result<Exit, Diagnostic> {
@@ -50,7 +64,12 @@ pub(super) fn run(arguments: &MaskStudyArguments, manner: Manner) -> Result<Exit
         bar.set_message(format!("metric {done} of {of}"));
         terminal::show_time_left(&bar);
     };
-    let ended = study_masks(&arguments.merge, arguments.out.as_deref(), &run, &mut problems, &show, &told);
+    let request = MaskStudyRequest {
+        plan_path: arguments.merge.clone(),
+        out: arguments.out.clone(),
+        metrics: arguments.metric.clone(),
+    };
+    let ended = study_masks(&request, &run, &mut problems, &show, &told);
     bar.finish_and_clear();
     end(ended, &problems, manner, tell)
 }
@@ -65,7 +84,7 @@ fn show(bar: &ProgressBar, event: MergeEvent) {
         MergeEvent::Unusable(fault) => {
             bar.suspend(|| terminal::error(&Diagnostic { severity: Severity::Warning, ..fault.clone() }));
         }
-        MergeEvent::Stage(_) => {}
+        MergeEvent::Stage(_) | MergeEvent::Share(_) => {}
     }
 }
 

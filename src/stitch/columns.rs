@@ -9,6 +9,7 @@ use super::spacing::grid_distance;
 use super::{StitchError, View};
 use crate::diagnostic::Diagnostic;
 use crate::plan::merge::{Judge, MergePlan, NonUniformitySettings};
+use crate::plan::short_number;
 use crate::run::RunContext;
 use rayon::prelude::*;
 
@@ -112,6 +113,11 @@ const OTHER_METRIC: &str =
     "export it with the points, or go by another metric: delta_n needs nothing but the points themselves";
 const CALIBRATION: &str = "name the file of features under [calibration], export the column, or go by delta_n, which needs nothing but the points";
 
+const LARGER_RADII: &str =
+    "make the radii of [delta_n] larger, or leave them out: 2.5 and 6 times the distance of points are usual";
+/// A point that is its own mean differs from it by rounding.
+const LEAST_DELTA: f32 = 1e-6;
+
 fn by_calibration(
     view: &mut View,
     metric: Metric,
@@ -150,6 +156,15 @@ fn by_surroundings(view: &mut View, radii: NonUniformitySettings, run: &RunConte
         None => non_uniformity(&view.positions, &view.sensor, normal_radius, mean_radius)
             .map_err(|e| fault(e.to_string()))?,
     };
+    let told = found.delta_n.iter().filter(|delta| delta.is_finite());
+    if told.clone().next().is_none() || mean_radius < d_grid && told.clone().all(|delta| *delta < LEAST_DELTA) {
+        let (normal_radius, mean_radius) = (short_number(normal_radius), short_number(mean_radius));
+        let words = format!(
+            "delta_n cannot be told: too few points lie within normal_radius {normal_radius} and mean_radius {mean_radius}, which stand {} apart",
+            short_number(d_grid)
+        );
+        return Err(Diagnostic::error(format!("{}: {words}", view.name)).with_help(LARGER_RADII).into());
+    }
     // What is in the file stays as it is.
     view.columns.entry(Metric::NonUniformity).or_insert(found.delta_n);
     view.columns.entry(Metric::NonUniformityAngle).or_insert(found.angle_rad);

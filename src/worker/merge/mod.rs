@@ -17,7 +17,7 @@ mod views;
 
 pub use job::{MergeJob, MergeRequest, merge_files};
 pub use preview::{Preview, PreviewView, preview, study_preview};
-pub use study::{MaskStudyJob, study_masks};
+pub use study::{MaskStudyJob, MaskStudyRequest, study_masks};
 
 use crate::diagnostic::{Diagnostic, ReadError};
 use crate::geometry::Isometry3;
@@ -51,6 +51,8 @@ pub enum MergeEvent {
     Unusable(Diagnostic),
     /// Another stage begins, of the view or of all of them.
     Stage(Stage),
+    /// So much of registering or merging is done, 0 to 1; from any thread, and not always rising.
+    Share(f64),
 }
 
 /// Where the views of a merge lie.
@@ -116,7 +118,11 @@ fn merge_beside(
         return Err(none_left(fault, faults.len(), paths.len()).into());
     }
     faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
-    let (mut placed, merged) = views.merged(run)?;
+    let share = |share| {
+        run.done(share);
+        tell(MergeEvent::Share(share));
+    };
+    let (mut placed, merged) = views.merged(&run.with_share(&share))?;
     placed.warnings.extend(listed.warnings());
     Ok(MergeResult { identity: around.identity, files, placed, merged })
 }

@@ -6,7 +6,7 @@ use super::outputs::{Called, Outputs, check_apart, check_place, inputs, put_all}
 use super::views::same_file;
 use super::{MergeEvent, in_one_line};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::plan::merge::{self, Mask, MergePlan, Metric, ViewsOf};
+use crate::plan::merge::{self, Judge, Mask, MergePlan, Metric, NonUniformitySettings, ViewsOf};
 use crate::report::atomic::Staged;
 use crate::report::mask_study::csv;
 use crate::report::pdf::mask_study::mask_study_pdf;
@@ -29,20 +29,31 @@ pub struct MaskStudyJob {
     pub files: [PathBuf; 2],
 }
 
-/// Studies masks for the views and features of a `MERGE.toml`; `out` names the files, without their endings, where they are not to lie beside the
-/// merged cloud.
+/// What to study.
+#[derive(Debug, Clone, Default)]
+pub struct MaskStudyRequest {
+    /// `MERGE.toml`.
+    pub plan_path: PathBuf,
+    /// Name of the files, without their endings, where they are not to lie beside the merged cloud.
+    pub out: Option<PathBuf>,
+    /// These metrics only; with none, every one that can be known of all views.
+    pub metrics: Vec<Metric>,
+}
+
+/// Studies masks for the views and features of a `MERGE.toml`. `problems` gets those of the settings, and why a metric that they ask for has no
+/// curve.
 ///
 /// # Errors
-/// `None` when the settings have errors, which `problems` got; else why nothing was studied or written.
+/// `None` when the settings have errors, which `problems` got; else why nothing was studied or written, also that a metric which was asked
+/// for by name cannot be known of a view.
 pub fn study_masks(
-    plan_path: &Path,
-    out: Option<&Path>,
+    request: &MaskStudyRequest,
     run: &RunContext,
     problems: &mut Vec<Diagnostic>,
     tell: &(dyn Fn(MergeEvent) + Sync),
     told: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<MaskStudyJob, Option<StitchError>> {
-    let loaded = merge::load(plan_path, ViewsOf::OwnFolder);
+    let loaded = merge::load(&request.plan_path, ViewsOf::OwnFolder);
     let any_error = loaded.problems.iter().any(|p| p.severity == Severity::Error);
     problems.extend(loaded.problems);
     let Some(plan) = loaded.plan.filter(|_| !any_error) else { return Err(None) };
@@ -52,13 +63,18 @@ pub fn study_masks(
         return Err(Some(Diagnostic::error(message).in_file(&plan.path).with_help(help).into()));
     }
     let beside = || plan.output.file.path.with_file_name("mask-study");
-    let base = out.map_or_else(beside, Path::to_path_buf);
+    let base = request.out.clone().unwrap_or_else(beside);
     let files = ["csv", "pdf"].map(|ending| with_ending(&base, ending));
     let merged = Outputs::new(&plan, None);
     let folder = &plan.views.folder.path;
     let listed = list_views(&plan, folder, &merged.paths(), 1).map_err(StitchError::from)?;
     check_files(&plan, &files, &merged, &listed).map_err(StitchError::from)?;
-    let (views, unusable) = read_views(&plan, &listed, run, tell)?;
+    let Read { views, unusable, unknown, own } = read_views(&plan, &listed, &request.metrics, run, tell)?;
+    if let Some(fault) = unknown.iter().find(|one| request.metrics.contains(&one.metric)) {
+        return Err(Some(fault.fault.clone().into()));
+    }
+    problems.extend(not_studied(&plan, &views, &unknown));
+    problems.extend(radii_not_used(&plan, &own, views.len()));
     let masks: Vec<Mask> = plan.masks.iter().map(|mask| mask.value).collect();
     let study = mask_study(&views, &plan.features, &masks, run, told).map_err(|error| fault_of(&plan, error))?;
     run.enter(Stage::Report).map_err(StitchError::from)?;
@@ -96,36 +112,102 @@ pub(super) fn fault_of(plan: &MergePlan, error: StudyError) -> StitchError {
     }
 }
 
-/// Every metric of a view that is asked for and can be known; of others there is no curve and no slider.
+/// A metric that cannot be known of a view.
+#[derive(Debug, Clone)]
+pub(super) struct Unknown {
+    metric: Metric,
+    /// Why, with the view's name.
+    fault: Diagnostic,
+}
+
+/// Every metric of a view that is asked for and can be known; of others there is no curve and no slider, for the reasons given back.
 pub(super) fn complete_all(
     plan: &MergePlan,
     tools: &Tools,
     measured: &mut Measured,
     asked_for: impl Fn(Metric) -> bool,
     run: &RunContext,
-) -> Result<(), StitchError> {
+) -> Result<Vec<Unknown>, StitchError> {
+    let mut unknown = Vec::new();
     for metric in Metric::ALL.into_iter().filter(|metric| asked_for(*metric)) {
-        let asked = [(metric, Asked { words: metric.key().to_owned(), line: 1 })];
-        if let Err(StitchError::Cancelled(cancelled)) = complete(plan, tools, measured, &asked, run) {
-            return Err(cancelled.into());
+        let mask = plan.masks.iter().find(|mask| mask.value.metric == metric);
+        let asked = [(metric, Asked { words: metric.key().to_owned(), line: mask.map_or(1, |mask| mask.line) })];
+        match complete(plan, tools, measured, &asked, run) {
+            Ok(()) => {}
+            Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => {
+                let line = fault.line.filter(|_| mask.is_some());
+                unknown.push(Unknown { metric, fault: Diagnostic { line, ..*fault } });
+            }
+            Err(cancelled) => return Err(cancelled),
         }
     }
-    Ok(())
+    Ok(unknown)
 }
 
-/// Every view with every metric that can be known of it, nothing masked; and how many cannot be read.
+/// That a metric has no curve though the settings ask for it, or though some of the views know it.
+fn not_studied(plan: &MergePlan, views: &[View], unknown: &[Unknown]) -> Vec<Diagnostic> {
+    let is_asked_for = |metric: Metric| {
+        let by_radii = matches!(metric, Metric::NonUniformity | Metric::NonUniformityAngle)
+            && plan.non_uniformity != NonUniformitySettings::default();
+        let by_judge = match &plan.merge.judge.value {
+            // Nobody wrote the judge that is taken where none is named.
+            Judge::Metrics(metrics) => *metrics != [Metric::CalibrationDistance] && metrics.contains(&metric),
+            Judge::Mean => false,
+        };
+        let known = views.iter().filter(|view| view.columns.contains_key(&metric)).count();
+        by_radii || by_judge || known > 0 || plan.masks.iter().any(|mask| mask.value.metric == metric)
+    };
+    let all = views.len();
+    let of = |metric: Metric| {
+        let of_metric = || unknown.iter().filter(|one| one.metric == metric);
+        let (first, count) = (of_metric().next().filter(|_| is_asked_for(metric))?, of_metric().count());
+        let (key, words) = (metric.key(), &first.fault.message);
+        let why = words.strip_prefix(&format!("{key}: ")).unwrap_or(words);
+        let message = format!("{key} is not studied, {count} of {all} views do not know it: {why}");
+        Some(Diagnostic { severity: Severity::Warning, message, ..first.fault.clone() })
+    };
+    Metric::ALL.into_iter().filter_map(of).collect()
+}
+
+/// That the radii of `[delta_n]` say nothing of views whose files have the column. `own`: their names.
+fn radii_not_used(plan: &MergePlan, own: &[String], views: usize) -> Option<Diagnostic> {
+    let first = own.first().filter(|_| plan.non_uniformity != NonUniformitySettings::default())?;
+    let count = own.len();
+    let message = format!(
+        "[delta_n]: its radii are not used for {count} of {views} views, whose files have delta_n already ({first} first)"
+    );
+    let help = "leave the column out of the files to have it computed with these radii, or remove [delta_n]";
+    Some(Diagnostic::warning(message).in_file(&plan.path).with_help(help))
+}
+
+/// The views of a study.
+struct Read {
+    /// With every metric that is to be studied and can be known, nothing masked.
+    views: Vec<View>,
+    /// How many cannot be read.
+    unusable: usize,
+    /// What cannot be known of them.
+    unknown: Vec<Unknown>,
+    /// Names of those whose files have `delta_n`.
+    own: Vec<String>,
+}
+
+/// Reads the views with the metrics wanted, or all.
 fn read_views(
     plan: &MergePlan,
     listed: &Listed,
+    wanted: &[Metric],
     run: &RunContext,
     tell: &(dyn Fn(MergeEvent) + Sync),
-) -> Result<(Vec<View>, usize), StitchError> {
+) -> Result<Read, StitchError> {
     for words in listed.warnings() {
         tell(MergeEvent::Unusable(Diagnostic::warning(words)));
     }
     let paths = &listed.views;
     let tools = Calibrated::read(plan, run)?.tools;
+    let is_wanted = |metric: Metric| wanted.is_empty() || wanted.contains(&metric);
     let (mut views, mut hashes, mut faults) = (Vec::<View>::new(), Vec::new(), Vec::new());
+    let (mut unknown, mut own) = (Vec::new(), Vec::new());
     for (index, path) in paths.iter().enumerate() {
         tell(MergeEvent::View { index: index + 1, of: paths.len(), name: name_of(path) });
         run.enter(Stage::Read)?;
@@ -138,7 +220,11 @@ fn read_views(
                 }
                 hashes.push(sha256);
                 check_units(plan, &tools, &measured.view)?;
-                complete_all(plan, &tools, &mut measured, |_| true, run)?;
+                if measured.view.columns.contains_key(&Metric::NonUniformity) {
+                    own.push(measured.view.name.clone());
+                }
+                unknown.extend(complete_all(plan, &tools, &mut measured, is_wanted, run)?);
+                measured.view.columns.retain(|metric, _| is_wanted(*metric));
                 views.push(measured.view);
             }
             Err(StitchError::Fault(fault) | StitchError::CutOff(fault)) => faults.push(*fault),
@@ -153,5 +239,5 @@ fn read_views(
     }
     let unusable = faults.len();
     faults.into_iter().for_each(|fault| tell(MergeEvent::Unusable(fault)));
-    Ok((views, unusable))
+    Ok(Read { views, unusable, unknown, own })
 }
