@@ -12,6 +12,7 @@ use crate::worker::StopSwitch;
 use crate::worker::merge::{MergeEvent, MergeJob, MergeRequest, merge_files};
 use clap::Args;
 use indicatif::ProgressBar;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -22,16 +23,18 @@ Each view is read, masked and cleaned by itself; then all are registered and mer
 stays. Writes the cloud (PLY with the metrics of each point and its view) and a report beside it (JSON). docs/merge.md tells every key.
 
 Prints a line a view, parted by tabs: file, `merged` or `left out`, then points read, invalid, masked, noise and averaged (each but masked only
-where there are some), kept (what is left of those read) and in the cloud, or the reason.
+where there are some), kept (what is left of those read) and in the cloud, or the reason. Then a line of the cloud (its points, d_grid, d_s), one a
+[[feature]] (radius less certified, sigma_dev, before and after), and one of the wear where compare_with names an earlier cloud.
 
 Points that memory has no room for are put away in a folder beside the cloud (merged.ply.unfinished) until it is written; the cloud is the same. A
-merge stopped by Ctrl-C leaves that folder, and the same command goes on with it.
+merge stopped by Ctrl-C leaves that folder, and the same command goes on with it. While it runs, a bar tells what is done and the time left.
 
 Exit status: 0 every view is in the cloud; 1 a view was left out, or the wear that was asked for is not told; 2 nothing could be merged; 130
 stopped by Ctrl-C.
 
 Examples:
   shapeline merge tool/merge.toml
+  shapeline mask-study tool/merge.toml      which masks the views ask for
   shapeline merge tool/merge.toml --out tool/2026-03.ply --memory-limit 8GiB")]
 pub(super) struct MergeArguments {
     /// The settings of the merge.
@@ -39,9 +42,17 @@ pub(super) struct MergeArguments {
     /// The merged cloud, instead of the file that the settings name.
     #[arg(long, value_name = "FILE.ply")]
     out: Option<PathBuf>,
-    /// Memory that the points may take, such as 8GiB or 500MiB [default: three quarters of what is free]; with more points, views are put away on
-    /// the disk beside the cloud meanwhile.
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    /// Memory that the points may take, such as 8GiB or 500MiB [default: three quarters of what is free].
+    ///
+    /// A number with KiB, MiB or GiB (1024 bytes each the one before; K, M, G are the same), KB, MB or GB (1000), or with nothing: bytes. With more
+    /// points than that, views are put away on the disk beside the cloud meanwhile; the cloud is the same.
+    ///
+    /// A view of N points with M metrics takes (24 + 4 M) N bytes, and merging two of the largest for each thread at least: some 170 MiB for views of
+    /// a million points with five metrics on two cores, some 6 MiB for views of 36,000 points. A limit that is too small is refused once the views are
+    /// ready, with the size that they take: give more than that, use fewer --threads, tighten [mask], or ask for [density]. The views that are ready
+    /// stay, and the same command with a larger limit goes on with them. The limit does not count the program itself (some 20 MiB), the view that is
+    /// being read, and what registration knows of surfaces.
+    #[arg(long, value_name = "SIZE", value_parser = bytes, verbatim_doc_comment)]
     memory_limit: Option<u64>,
 }
 
@@ -65,8 +76,17 @@ fn bytes(text: &str) -> Result<u64, String> {
         let bytes = number * *size as f64;
         (1.0..1e18).contains(&bytes).then_some(bytes as u64)
     });
-    value.ok_or_else(|| "expected a size such as 8GiB or 500MiB".into())
+    let bytes = value.ok_or_else(|| {
+        "expected a size such as 8GiB or 500MiB: a number with KiB, MiB, GiB, KB, MB or GB, or of bytes".to_owned()
+    })?;
+    if bytes < LEAST_LIMIT {
+        return Err(format!("found {bytes} bytes, expected 64KiB or more: was a unit meant, such as GiB?"));
+    }
+    Ok(bytes)
 }
+
+/// Less than this holds no two views that merge, and is a unit left out.
+const LEAST_LIMIT: u64 = 64 << 10;
 
 pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Diagnostic> {
     let stop = StopSwitch::default();
@@ -78,10 +98,9 @@ pub(super) fn run(arguments: &MergeArguments, manner: Manner) -> Result<Exit, Di
         memory_limit: arguments.memory_limit,
         settings: None,
     };
-    let screen = Screen { manner, bar: Mutex::default(), stage: Mutex::default() };
+    let screen = Screen::new(manner);
     let observe = |stage| screen.show(MergeEvent::Stage(stage));
-    let share = |share| screen.done(share);
-    let run = RunContext::new(&stop.after_part, &observe).with_share(&share);
+    let run = RunContext::new(&stop.after_part, &observe);
     let mut problems = Vec::new();
     let ended = merge_files(&request, &run, &mut problems, &|event| screen.show(event));
     screen.clear();
@@ -208,21 +227,26 @@ fn counts_line(counts: &PointCounts) -> String {
     format!("\t{} read{lost}\t{} kept", counts.points_read, counts.points_kept)
 }
 
-/// Steps of the bar after the views: registering, merging, writing, each about as long as some views.
-const LATER_STEPS: [(Stage, u64); 3] = [(Stage::Register, 4), (Stage::Merge, 2), (Stage::Report, 1)];
+/// Where on the bar views are ready, they are registered, and merged: shares of the whole, by about how long each takes.
+const READY: f64 = 0.36;
+const REGISTERED: f64 = 0.75;
+const MERGED: f64 = 0.90;
+/// Steps of the bar.
+const STEPS: f64 = 10_000.0;
 
 /// What a person at the terminal sees of a merge under way.
 struct Screen {
     manner: Manner,
     bar: Mutex<Option<(ProgressBar, String)>>,
-    /// Where the bar stood when merging began, once it has.
-    stage: Mutex<Option<u64>>,
+    /// What the stage at hand has of the bar, where it tells how far it is.
+    span: Mutex<Option<Range<f64>>>,
 }
 
-/// Steps of the bar for a view.
-const VIEW: u64 = 100;
-
 impl Screen {
+    fn new(manner: Manner) -> Self {
+        Self { manner, bar: Mutex::default(), span: Mutex::default() }
+    }
+
     fn show(&self, event: MergeEvent) {
         match event {
             MergeEvent::View { index, of, name } => self.begin_view(index, of, &name),
@@ -231,16 +255,15 @@ impl Screen {
                 terminal::error(&Diagnostic { severity: Severity::Warning, ..fault.clone() });
             }),
             MergeEvent::Stage(stage) => self.enter(stage),
+            MergeEvent::Share(share) => self.done(share),
         }
     }
 
     fn begin_view(&self, index: usize, of: usize, name: &str) {
         let Ok(mut shown) = self.bar.lock() else { return };
-        let of_views = of as u64 * VIEW;
-        let later: u64 = LATER_STEPS.iter().map(|(_, share)| of_views * share / 4 + 1).sum();
         let (bar, words) =
-            shown.get_or_insert_with(|| (terminal::bar(self.manner.quiet, Some(of_views + later)), String::new()));
-        bar.set_position((index as u64 - 1) * VIEW);
+            shown.get_or_insert_with(|| (terminal::bar(self.manner.quiet, Some(STEPS as u64)), String::new()));
+        bar.set_position((READY * STEPS * (index as f64 - 1.0) / of as f64) as u64);
         *words = format!("view {index} of {of}, {name}");
         bar.set_message(words.clone());
         if index > 1 {
@@ -251,34 +274,27 @@ impl Screen {
     fn enter(&self, stage: Stage) {
         let Ok(mut shown) = self.bar.lock() else { return };
         let Some((bar, words)) = shown.as_mut() else { return };
-        if LATER_STEPS.iter().any(|(later, _)| *later == stage) {
-            let length = bar.length().unwrap_or(0);
-            let left: u64 = match stage {
-                Stage::Register => return self.set(bar, words, stage),
-                Stage::Merge => length / 4,
-                _ => length / 10,
-            };
-            bar.set_position(length - left.min(length));
-            if let (Stage::Merge, Ok(mut begun)) = (stage, self.stage.lock()) {
-                *begun = Some(bar.position());
-            }
-            return self.set(bar, words, stage);
+        let of_stage = match stage {
+            Stage::Register => READY..REGISTERED,
+            Stage::Merge => REGISTERED..MERGED,
+            Stage::Report => MERGED..1.0,
+            _ => return bar.set_message(format!("{words}, {}", stage.words())),
+        };
+        bar.set_position((of_stage.start * STEPS) as u64);
+        if let Ok(mut span) = self.span.lock() {
+            *span = Some(of_stage);
         }
-        bar.set_message(format!("{words}, {}", stage.words()));
-    }
-
-    /// The share of merging that is done; the rest of the bar but a tenth is its.
-    fn done(&self, share: f64) {
-        let (Ok(begun), Ok(shown)) = (self.stage.lock(), self.bar.lock()) else { return };
-        let (Some(begun), Some((bar, _))) = (*begun, shown.as_ref()) else { return };
-        let length = bar.length().unwrap_or(0);
-        let span = (length - length / 10).saturating_sub(begun);
-        bar.set_position(bar.position().max(begun + (share * span as f64) as u64));
-    }
-
-    fn set(&self, bar: &ProgressBar, words: &mut String, stage: Stage) {
         *words = stage.words().to_owned();
         bar.set_message(words.clone());
+        terminal::show_time_left(bar);
+    }
+
+    /// The share of registering or merging that is done.
+    fn done(&self, share: f64) {
+        let (Ok(span), Ok(shown)) = (self.span.lock(), self.bar.lock()) else { return };
+        let (Some(span), Some((bar, _))) = (span.as_ref(), shown.as_ref()) else { return };
+        let at = STEPS * (span.start + share * (span.end - span.start));
+        bar.set_position(bar.position().max(at as u64));
     }
 
     fn above(&self, print: impl FnOnce()) {
@@ -301,13 +317,37 @@ mod tests {
 
     #[test]
     fn sizes_are_read_with_and_without_units() {
-        for (text, size) in
-            [("8GiB", 8 << 30), ("500 MB", 500_000_000), ("1.5g", 3 << 29), ("4096", 4096), ("2kib", 2048)]
-        {
+        for (text, size) in [
+            ("8GiB", 8 << 30),
+            ("500 MB", 500_000_000),
+            ("1.5g", 3 << 29),
+            ("5000000", 5_000_000),
+            ("128kib", 128 << 10),
+        ] {
             assert_eq!(bytes(text), Ok(size), "{text}");
         }
         for wrong in ["", "8XB", "-1GB", "0", "nan", "GiB"] {
-            assert!(bytes(wrong).is_err(), "{wrong}");
+            assert!(bytes(wrong).unwrap_err().contains("a number with KiB"), "{wrong}");
+        }
+        for little in ["8", "4096", "63KiB"] {
+            assert!(bytes(little).unwrap_err().contains("expected 64KiB or more: was a unit meant"), "{little}");
+        }
+    }
+
+    #[test]
+    fn the_bar_goes_on_within_registering_and_merging_and_never_back() {
+        let screen = Screen::new(Manner { quiet: true });
+        let at = || screen.bar.lock().unwrap().as_ref().unwrap().0.position() as f64 / STEPS;
+        screen.show(MergeEvent::View { index: 3, of: 4, name: "c.ply".into() });
+        assert!((at() - 0.5 * READY).abs() < 1.0 / STEPS);
+        for (stage, from, to) in [(Stage::Register, READY, REGISTERED), (Stage::Merge, REGISTERED, MERGED)] {
+            screen.show(MergeEvent::Stage(stage));
+            assert!((at() - from).abs() < 1.0 / STEPS);
+            screen.show(MergeEvent::Share(0.75));
+            let most = at();
+            assert!((most - (from + 0.75 * (to - from))).abs() < 1.0 / STEPS, "{most}");
+            screen.show(MergeEvent::Share(0.5));
+            assert_eq!(at(), most);
         }
     }
 }

@@ -157,7 +157,14 @@ fn begin(app: &mut App) {
     let masks = merging.masks.clone();
     let request = MergeRequest { plan_path: merging.path.clone(), settings, ..MergeRequest::default() };
     app.facts.message = None;
-    app.facts.job = Job::Merging(MergeRun { since: Instant::now(), masks, view: None, stage: None, stopping: false });
+    app.facts.job = Job::Merging(MergeRun {
+        since: Instant::now(),
+        masks,
+        view: None,
+        stage: None,
+        of_stage: 0.0,
+        stopping: false,
+    });
     app.begin(bridge::Job::Merge(request));
 }
 
@@ -166,7 +173,8 @@ pub(in crate::gui) fn hear(app: &mut App, event: MergeEvent) {
     let Job::Merging(run) = &mut app.facts.job else { return };
     match event {
         MergeEvent::View { index, of, name } => run.view = Some((index, of, name)),
-        MergeEvent::Stage(stage) => run.stage = Some(stage),
+        MergeEvent::Stage(stage) => (run.stage, run.of_stage) = (Some(stage), 0.0),
+        MergeEvent::Share(share) => run.of_stage = run.of_stage.max(share as f32),
         // It stands in the list when all is done.
         MergeEvent::Unusable(_) => {}
     }

@@ -90,6 +90,8 @@ pub struct MergeRun {
     pub view: Option<(usize, usize, String)>,
     /// What is done with it.
     pub stage: Option<Stage>,
+    /// How much of that is done, where registering or merging tells: the most so far.
+    pub of_stage: f32,
     /// Somebody pressed Stop.
     pub stopping: bool,
 }
@@ -98,8 +100,8 @@ impl MergeRun {
     /// How far it is, 0 to 1: reading, registering, merging and writing each have a share of it as they take about as long.
     pub fn share(&self) -> f32 {
         match self.stage {
-            Some(Stage::Register) => 0.5,
-            Some(Stage::Merge) => 0.8,
+            Some(Stage::Register) => 0.5 + 0.3 * self.of_stage,
+            Some(Stage::Merge) => 0.8 + 0.15 * self.of_stage,
             Some(Stage::Report) => 0.95,
             _ => self.view.as_ref().map_or(0.0, |(index, of, _)| 0.5 * (*index as f32 - 1.0) / *of as f32),
         }

@@ -6,6 +6,7 @@ use crate::run::{CancelToken, RunContext, Stage};
 use crate::stitch::StitchError;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Mutex;
 
 fn views(folder: &Path) {
     std::fs::create_dir(folder.join("views")).unwrap();
@@ -49,6 +50,33 @@ fn a_merge_that_is_stopped_leaves_no_file() {
     let job = merge_files(&request, &RunContext::silent(), &mut Vec::new(), &|_| {}).unwrap();
     assert!(job.result.left_out().next().is_none());
     assert_eq!(names().len(), before.len() + 2);
+}
+
+/// Registering tells its share as merging does, through the job's events.
+#[test]
+fn registering_and_merging_tell_how_far_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    views(folder.path());
+    let path = folder.path().join("merge.toml");
+    let text = std::fs::read_to_string(&path).unwrap().replace("enabled = false", "enabled = true");
+    std::fs::write(&path, text).unwrap();
+    let (stage, told) = (Mutex::new(Stage::Read), Mutex::new(Vec::new()));
+    let observe = |now| *stage.lock().unwrap() = now;
+    let stop = CancelToken::default();
+    let hear = |event: MergeEvent| {
+        if let MergeEvent::Share(share) = event {
+            told.lock().unwrap().push((*stage.lock().unwrap(), share));
+        }
+    };
+    let request = MergeRequest { plan_path: path, ..MergeRequest::default() };
+    // Whether the two flat views find each other is no matter here.
+    let ended = merge_files(&request, &RunContext::new(&stop, &observe), &mut Vec::new(), &hear);
+    let told = told.into_inner().unwrap();
+    let of = |stage: Stage| told.iter().filter(|(at, share)| *at == stage && (0.0..=1.0).contains(share)).count();
+    // Two views, one pair.
+    assert!(of(Stage::Register) >= 3, "{told:?}");
+    assert!(ended.is_err() || of(Stage::Merge) >= 2, "{told:?}");
+    assert_eq!(told.len(), of(Stage::Register) + of(Stage::Merge), "{told:?}");
 }
 
 /// Two flat views can slide on each other: no verdict is given on a part that is stitched of them, unless somebody says that the poses are true.
