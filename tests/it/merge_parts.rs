@@ -112,7 +112,11 @@ fn a_folder_of_views_is_inspected_as_one_cloud_under_its_name() {
     let warned = project.json("results/0003.json");
     assert_eq!(warned["status"], "measured");
     let warnings = warned["warnings"].as_array().unwrap();
-    assert!(warnings.iter().any(|w| w.as_str().unwrap().starts_with("v2.ply is left out: ")), "{warnings:?}");
+    let told = |words: &str| warnings.iter().any(|w| w.as_str().unwrap().starts_with(words));
+    assert!(told("the part is stitched of 2 of its 3 views: what only v2.ply saw is missing"), "{warnings:?}");
+    assert!(told("v2.ply is left out: "), "{warnings:?}");
+    let text = String::from_utf8(project.read("results/0003.txt")).unwrap();
+    assert!(text.contains("stitched of 2 of its 3 views"), "{text}");
     project.assert_verified("results");
     // Again, to the byte; and by name.
     let before = project.files("results");

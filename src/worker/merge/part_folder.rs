@@ -6,7 +6,7 @@ use crate::geometry::PointCloud;
 use crate::io;
 use crate::plan::merge::MergePlan;
 use crate::run::RunContext;
-use crate::stitch::StitchError;
+use crate::stitch::{MergeResult, StitchError};
 use crate::worker::watch::Listed;
 use std::path::{Path, PathBuf};
 
@@ -86,11 +86,27 @@ pub fn cloud(
     }
     let left_out = result.left_out().map(|(name, why)| format!("{name} is left out: {why}"));
     let notes = result.placed.warnings.iter().chain(&result.merged.warnings).cloned();
-    let warnings = left_out.chain(notes).collect();
+    let warnings = not_whole(&result).into_iter().chain(left_out).chain(notes).collect();
     let mm = plan.unit.in_mm();
     let positions = result.merged.positions.iter().map(|p| p * mm).collect();
     let skipped_invalid = result.placed.counts.iter().map(|counts| counts.points_invalid).sum();
     Ok((PointCloud { positions, skipped_invalid, ..PointCloud::default() }, warnings))
+}
+
+/// That the part is stitched of some of its views only: first, so that nobody takes it for a whole one.
+fn not_whole(result: &MergeResult) -> Option<String> {
+    const NAMED: usize = 5;
+    let missing: Vec<&str> = result.left_out().map(|(name, _)| name).collect();
+    let (all, used) = (result.files.len(), result.files.len() - missing.len());
+    let (first, more) = (missing.iter().take(NAMED).copied(), missing.len().saturating_sub(NAMED));
+    let more = (more > 0).then(|| format!("{more} more"));
+    let names: Vec<String> = first.map(str::to_owned).chain(more).collect();
+    (!missing.is_empty()).then(|| {
+        let names = names.join(", ");
+        format!(
+            "the part is stitched of {used} of its {all} views: what only {names} saw is missing; measure these again, or take them out of the part's folder"
+        )
+    })
 }
 
 #[cfg(test)]
