@@ -101,7 +101,7 @@ impl Scale {
 }
 
 #[cfg(test)]
-mod tests {
+pub(in crate::report) mod tests {
     use super::*;
     use nalgebra::{Matrix3, Vector3};
 
@@ -122,7 +122,7 @@ mod tests {
     }
 
     /// Machado, Oliveira, Fernandes 2009, severity 1, applied to linear RGB.
-    fn visions() -> [(&'static str, Matrix3<f64>); 4] {
+    pub(in crate::report) fn visions() -> [(&'static str, Matrix3<f64>); 4] {
         let protan =
             Matrix3::new(0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998);
         let deutan =
@@ -132,7 +132,7 @@ mod tests {
         [("normal", Matrix3::identity()), ("protan", protan), ("deutan", deutan), ("tritan", tritan)]
     }
 
-    fn lab(colour: Rgb, vision: &Matrix3<f64>) -> Vector3<f64> {
+    fn xyz(colour: Rgb, vision: &Matrix3<f64>) -> Vector3<f64> {
         let linear = |c: u8| {
             let c = f64::from(c) / 255.0;
             if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
@@ -141,7 +141,16 @@ mod tests {
         let xyz_from_rgb = Matrix3::new(
             0.4124564, 0.3575761, 0.1804375, 0.2126729, 0.7151522, 0.0721750, 0.0193339, 0.1191920, 0.9503041,
         );
-        let xyz = xyz_from_rgb * rgb.map(|c| c.clamp(0.0, 1.0));
+        xyz_from_rgb * rgb.map(|c| c.clamp(0.0, 1.0))
+    }
+
+    /// Relative luminance, 0 to 1.
+    pub(in crate::report) fn luminance(colour: Rgb) -> f64 {
+        xyz(colour, &Matrix3::identity()).y
+    }
+
+    pub(in crate::report) fn lab(colour: Rgb, vision: &Matrix3<f64>) -> Vector3<f64> {
+        let xyz = xyz(colour, vision);
         let f = |t: f64| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
         let (x, y, z) = (f(xyz.x / 0.95047), f(xyz.y), f(xyz.z / 1.08883));
         Vector3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))

@@ -6,7 +6,7 @@ use crate::geometry::{Aabb, Isometry3, Point3, Vector3};
 use crate::gui::scene::points::Points;
 use crate::plan::merge::{Mask, Metric};
 use crate::report::palette::{Palette, Rgb};
-use crate::report::pdf::sources::view_colour;
+use crate::report::view_colours::view_colour;
 use crate::run::{Cancelled, RunContext};
 use crate::stitch::mask_worth::{Worth, keep};
 use crate::stitch::spacing::grid_distance;

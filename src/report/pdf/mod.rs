@@ -16,7 +16,7 @@ mod page;
 mod plot;
 mod rest;
 mod signs;
-pub mod sources;
+mod sources;
 mod table;
 #[cfg(test)]
 mod tests;

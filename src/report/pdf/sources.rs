@@ -6,29 +6,11 @@ use super::merge::{HEADING, MergeReport, NAME};
 use super::page::{Font, Page, Paint, set};
 use super::theme::{LEFT, QUIET, TEXT, WHITE};
 use crate::geometry::Point3;
-use crate::report::palette::Rgb;
 use crate::report::raster::points::CloudPicture;
+use crate::report::view_colours::view_colour;
 use printpdf::XObjectId;
 
-/// Colours of views; lighter repeats follow.
-const VIEWS: [Rgb; 6] = [
-    [0x3B, 0x7D, 0xC4],
-    [0xE0, 0x8A, 0x2E],
-    [0x2E, 0x9C, 0x86],
-    [0x8A, 0x63, 0xB8],
-    [0xC2, 0x57, 0x7A],
-    [0x7D, 0x8B, 0x2E],
-];
-/// Points that are the mean of several views', and what was not measured.
-pub(super) const GREY: Rgb = [0xA6, 0xAD, 0xB5];
 pub(super) const PX_PER_MM: f64 = 200.0 / 25.4;
-
-/// Colour of a view: the same ones again, lighter each time round.
-pub fn view_colour(view: i32) -> Rgb {
-    let Ok(view) = usize::try_from(view) else { return GREY };
-    let lighter = [0.0, 0.35, 0.6][(view / VIEWS.len()).min(2)];
-    VIEWS[view % VIEWS.len()].map(|c| (f64::from(c) + lighter * (255.0 - f64::from(c))).round() as u8)
-}
 
 /// Puts a picture in the middle of the page, at most so high; where it begins.
 pub(super) fn place_picture(

@@ -4,12 +4,13 @@ use super::document::Picture;
 use super::flow::Flow;
 use super::merge::{HEADING, MergeReport, number, paragraph, right};
 use super::page::{Font, Page, Paint, set};
-use super::sources::{GREY, PX_PER_MM, place_picture};
+use super::sources::{PX_PER_MM, place_picture};
 use super::table::{Row, put};
 use super::theme::{LEFT, RIGHT, STRONG, TEXT, WHITE};
 use crate::report::mask_study::short;
 use crate::report::palette::Palette;
 use crate::report::raster::points::CloudPicture;
+use crate::report::view_colours::GREY;
 use crate::report::words::thousands;
 use crate::stitch::wear::{Verdict, Wear};
 
