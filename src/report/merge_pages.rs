@@ -54,6 +54,7 @@ pub fn merge_pages(plan: &MergePlan, result: &MergeResult, extras: &MergeExtras,
         pairs,
         features: extras.features.clone(),
         wear: extras.wear.as_ref().map(|wear| (wear, old.as_str())),
+        not_compared: extras.not_compared.as_deref(),
         notes: notes.cloned().chain(weak).collect(),
         seed: seed.as_bytes(),
     })
@@ -74,6 +75,7 @@ fn views(result: &MergeResult) -> Vec<ViewRow> {
             moved: placed.and_then(|p| p.moved),
             turned_deg: placed.and_then(|p| p.turned_rad).map(f64::to_degrees),
             place_u: placed.map(|p| p.translation_u()),
+            agreement: placed.map(|p| p.agreement),
             left_out: result.why_left_out(file).map(str::to_owned),
         }
     };

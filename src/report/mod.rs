@@ -25,6 +25,7 @@ pub mod ply;
 pub mod raster;
 pub mod sequence;
 pub mod stored;
+pub mod uncertain;
 pub mod view_colours;
 pub mod words;
 

@@ -29,6 +29,11 @@ impl FeatureFit {
     pub fn d_r(&self, certified: Option<f64>) -> Option<f64> {
         Some(self.radius? - certified?)
     }
+
+    /// Standard uncertainty of that difference from the one of the certificate: the points' independent errors and the certificate's, no more.
+    pub fn d_r_u(&self, certified_u: f64) -> Option<f64> {
+        Some(self.radius_u?.hypot(certified_u))
+    }
 }
 
 /// The shape that `fit` calls by that kind.

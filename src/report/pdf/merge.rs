@@ -1,16 +1,18 @@
 //! The report of a merge on paper: what became of every view, how overlaps fit, features before and after; which view each point came from and
 //! where the tool is worn stand in files of their own.
 
-use super::document;
+use super::document::{self, Picture};
 use super::flow::Flow;
 use super::footer;
-use super::page::{Font, Fonts, Paint, Type, set};
+use super::merge_summary::summary;
+use super::page::{Font, Fonts, Page, Type, set};
 use super::sources::sources;
 use super::table::{Align, Column, Row, put};
-use super::theme::{LEFT, QUIET, RIGHT, STRONG, TEXT};
+use super::theme::{LEFT, RIGHT, TEXT};
 use super::wear::wear_pages;
 use crate::geometry::Point3;
 use crate::report::mask_study::short;
+use crate::report::uncertain::with_u;
 use crate::report::words::{capital, thousands};
 use crate::stitch::feature::FeatureFit;
 use crate::stitch::wear::Wear;
@@ -35,6 +37,8 @@ pub struct ViewRow {
     pub turned_deg: Option<f64>,
     /// Standard uncertainty of where it lies.
     pub place_u: Option<f64>,
+    /// Share of what its neighbours see in the same place that agrees.
+    pub agreement: Option<f64>,
     /// Why it is not in the cloud.
     pub left_out: Option<String>,
 }
@@ -67,6 +71,31 @@ pub struct FeatureRow {
     pub after: Result<FeatureFit, String>,
 }
 
+/// Fitted less certified radius, and its standard uncertainty where that is known: the points' independent errors and the certificate's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RadiusError {
+    /// Fitted less certified.
+    pub d_r: f64,
+    /// Its standard uncertainty; NaN where it is not known.
+    pub u: f64,
+}
+
+impl RadiusError {
+    /// Both, to a tenth of the uncertainty.
+    pub fn told(self) -> String {
+        with_u(self.d_r, self.u, true)
+    }
+}
+
+impl FeatureRow {
+    /// What a fit of it says of its radius; `None` of a plane, and where nobody certified one.
+    pub fn d_r(&self, fit: &FeatureFit) -> Option<RadiusError> {
+        let (certified, certified_u) = self.certified?;
+        let d_r = fit.d_r(Some(certified))?;
+        Some(RadiusError { d_r, u: fit.d_r_u(certified_u).unwrap_or(f64::NAN) })
+    }
+}
+
 /// What is printed. Lengths in `unit`.
 pub struct MergeReport<'a> {
     /// The settings' file.
@@ -95,6 +124,8 @@ pub struct MergeReport<'a> {
     pub features: Vec<FeatureRow>,
     /// The comparison with an earlier cloud, and that one's file.
     pub wear: Option<(&'a Wear, &'a str)>,
+    /// Why there is none, where it was asked for.
+    pub not_compared: Option<&'a str>,
     /// What people should know.
     pub notes: Vec<String>,
     /// The JSON report: the document's id is made of it.
@@ -104,23 +135,32 @@ pub struct MergeReport<'a> {
 /// The document. The same report gives the same bytes.
 pub fn merge_pdf(report: &MergeReport<'_>) -> Vec<u8> {
     let fonts = Fonts::new();
+    let (pages, pictures) = pages(&fonts, report);
+    document::bytes(pages, &fonts, pictures, &format!("Merged: {}", report.file), report.seed)
+}
+
+/// Its pages and the pictures on them.
+pub(super) fn pages<'a>(fonts: &'a Fonts, report: &MergeReport<'_>) -> (Vec<Page<'a>>, Vec<Picture>) {
     let used = report.views.iter().filter(|v| v.left_out.is_none()).count();
-    let about = format!(
-        "{used} of {} views, {} of {} points",
-        report.views.len(),
-        thousands(report.positions.len()),
-        thousands(report.points_in)
-    );
-    let mut flow = Flow::titled(&fonts, "Merged", &about, report.file);
+    let about =
+        format!("{used} of {} views, {} points in the cloud", report.views.len(), thousands(report.positions.len()));
+    let mut flow = Flow::titled(fonts, "Merged", &about, report.file);
     let mut pictures = Vec::new();
     summary(&mut flow, report);
     sources(&mut flow, report, &mut pictures);
     features(&mut flow, report);
+    // Few views fill the page that the map leaves; many would push the wear far back.
+    let views_first = flow.has(table_height(report.views.len()));
+    if views_first {
+        views(&mut flow, report);
+    }
     if let Some((wear, old)) = report.wear {
         flow.turn();
         wear_pages(&mut flow, report, wear, old, &mut pictures);
     }
-    views(&mut flow, report);
+    if !views_first {
+        views(&mut flow, report);
+    }
     pairs(&mut flow, report);
     notes(&mut flow, report);
     let mut pages = flow.into_pages();
@@ -129,27 +169,12 @@ pub fn merge_pdf(report: &MergeReport<'_>) -> Vec<u8> {
     for (k, page) in pages.iter_mut().enumerate() {
         footer(page, "merge", &words, k + 1, count);
     }
-    document::bytes(pages, &fonts, pictures, &format!("Merged: {}", report.file), report.seed)
+    (pages, pictures)
 }
 
-fn summary(flow: &mut Flow<'_>, report: &MergeReport<'_>) {
-    let y = flow.y;
-    let unit = report.unit;
-    let cells = [
-        ("Merged", report.merged_by.clone()),
-        ("d_grid", format!("{} {unit}", short(report.d_grid))),
-        ("d_s", format!("{} {unit}", short(report.d_s))),
-        ("Points left", format!("{:.1} %", 100.0 * report.positions.len() as f64 / report.points_in.max(1) as f64)),
-    ];
-    let page = flow.page();
-    for ((x, width), (what, value)) in [(0.0, 84.0), (86.0, 30.0), (118.0, 30.0), (150.0, 32.4)].into_iter().zip(cells)
-    {
-        page.round_rect(LEFT + x, y, width, 13.0, 1.0, &Paint::stroke(STRONG, 0.2));
-        page.text(LEFT + x + 2.4, y + 4.6, set(Font::Regular, 7.4), QUIET, what);
-        let value = page.fonts.fitted(set(Font::SemiBold, 9.6), &value, width - 4.0);
-        page.text(LEFT + x + 2.4, y + 10.0, set(Font::SemiBold, 9.6), TEXT, &value);
-    }
-    flow.y = y + 18.0;
+/// About how high a table is, each row with a line of words, mm.
+fn table_height(rows: usize) -> f64 {
+    14.0 + 8.0 * rows as f64
 }
 
 pub(super) fn right(head: &'static str, x: f64, room: f64) -> Column {
@@ -169,11 +194,12 @@ fn features(flow: &mut Flow<'_>, report: &MergeReport<'_>) {
         return;
     }
     let columns = [
-        left("Feature", LEFT, 40.0),
-        left("", LEFT + 44.0, 20.0),
-        right("Radius", 98.0, 22.0),
-        right("u (noise)", 114.0, 15.0),
-        right("Less certified", 136.0, 20.0),
+        left("Feature", LEFT, 36.0),
+        left("", LEFT + 38.0, 14.0),
+        right("Radius", 88.0, 24.0),
+        right("u (noise)", 104.0, 15.0),
+        right("d_r", 122.0, 17.0),
+        right("u (d_r)", 137.0, 14.0),
         right("sigma_dev", 156.0, 18.0),
         right("Points", 176.0, 18.0),
         right("Rejected", RIGHT, 16.0),
@@ -183,31 +209,31 @@ fn features(flow: &mut Flow<'_>, report: &MergeReport<'_>) {
         for (when, fit) in [("before", &feature.before), ("after", &feature.after)] {
             let name = if when == "before" { feature.name.clone() } else { String::new() };
             rows.push(match fit {
-                Ok(fit) => Row {
-                    cells: vec![
-                        name,
-                        when.to_owned(),
-                        fit.radius.map(|r| format!("{r:.4}")).unwrap_or_default(),
-                        number(fit.radius_u),
-                        fit.d_r(feature.certified.map(|c| c.0))
-                            .map(|d| format!("{d:+.3}").replace('-', "\u{2212}"))
-                            .unwrap_or_default(),
-                        number(Some(fit.sigma_dev)),
-                        thousands(fit.points),
-                        thousands(fit.rejected),
-                    ],
-                    ..Row::default()
-                },
+                Ok(fit) => Row { cells: feature_cells(name, when, feature, fit), ..Row::default() },
                 Err(why) => Row { cells: vec![name, when.to_owned()], words: why.clone(), ..Row::default() },
             });
         }
         if let (Some((radius, u)), Some(row)) = (feature.certified, rows.last_mut()) {
             row.words = format!(
-                "Certified radius {radius}, standard uncertainty {u}. u (noise) knows independent errors only; what neighbouring points have in common comes on top."
+                "d_r: radius less the certified one, {radius}, whose standard uncertainty is {u}. u (noise) knows the points' independent errors only, u (d_r) these and the certificate's; what neighbouring points have in common comes on top."
             );
         }
     }
     put(flow, "Features before and after merging", &columns, &rows);
+}
+
+fn feature_cells(name: String, when: &str, feature: &FeatureRow, fit: &FeatureFit) -> Vec<String> {
+    let in_two = |value: Option<f64>, u: Option<f64>, signed: bool| {
+        let Some(value) = value else { return [String::new(), String::new()] };
+        let text = with_u(value, u.unwrap_or(f64::NAN), signed);
+        let (value, u) = text.split_once(" ± ").unwrap_or((&text, ""));
+        [value.to_owned(), u.to_owned()]
+    };
+    let d_r = feature.d_r(fit);
+    let [radius, radius_u] = in_two(fit.radius, fit.radius_u, false);
+    let [d_r, d_r_u] = in_two(d_r.map(|d| d.d_r), d_r.map(|d| d.u), true);
+    let sigma = number(Some(fit.sigma_dev));
+    vec![name, when.to_owned(), radius, radius_u, d_r, d_r_u, sigma, thousands(fit.points), thousands(fit.rejected)]
 }
 
 fn views(flow: &mut Flow<'_>, report: &MergeReport<'_>) {
@@ -243,7 +269,6 @@ fn pairs(flow: &mut Flow<'_>, report: &MergeReport<'_>) {
         right("Overlap, %", LEFT + 40.0, 16.0),
         right("rms", LEFT + 60.0, 18.0),
         right("Mean", LEFT + 80.0, 18.0),
-        left("", LEFT + 86.0, 90.0),
     ];
     let mut sorted: Vec<&PairRow> = report.pairs.iter().collect();
     sorted.sort_by(|a, b| b.rms.total_cmp(&a.rms).then(a.views.cmp(&b.views)));
@@ -254,8 +279,8 @@ fn pairs(flow: &mut Flow<'_>, report: &MergeReport<'_>) {
             format!("{:.0}", 100.0 * pair.share),
             number(Some(pair.rms)),
             number(Some(pair.mean)),
-            pair.unused.as_ref().map(|why| format!("not used: {why}")).unwrap_or_default(),
         ],
+        words: pair.unused.as_ref().map(|why| format!("Not used: {why}")).unwrap_or_default(),
         ..Row::default()
     };
     let rows: Vec<Row> = sorted.iter().take(MOST_PAIRS).map(row).collect();

@@ -1,7 +1,9 @@
 //! Reports of merges and of masks: the same bytes twice, and everything inside the page.
 
 use super::mask_study::mask_study_pdf;
-use super::merge::{FeatureRow, MergeReport, PairRow, ViewRow, merge_pdf};
+use super::merge::{FeatureRow, MergeReport, PairRow, ViewRow, merge_pdf, pages};
+use super::page::{Fonts, Page, Placed};
+use super::tests::assert_whole;
 use crate::geometry::Point3;
 use crate::plan::merge;
 use crate::run::RunContext;
@@ -50,7 +52,8 @@ fn wear_of(new: &Merged, old: &Merged) -> Wear {
     compare(&new, &old, &RunContext::silent()).unwrap()
 }
 
-fn report_bytes() -> Vec<u8> {
+/// Hands a report of three views, one of them left out, and of a worn cylinder to `print`.
+fn printed<T>(unit: &str, print: impl FnOnce(&MergeReport<'_>) -> T) -> T {
     let mut worn = Scene::cylinder(EXACT, 2);
     let pocket = |x: f64, depth| Pocket { centre: Point3::new(x, 0.0, 1001.5), radius: 220.0, flat: 0.7, depth };
     worn.surface.pockets = vec![pocket(-500.0, 25.0), pocket(420.0, -18.0)];
@@ -63,12 +66,13 @@ fn report_bytes() -> Vec<u8> {
         moved: left_out.is_none().then_some(17.4),
         turned_deg: left_out.is_none().then_some(0.093),
         place_u: left_out.is_none().then_some(0.61),
+        agreement: left_out.is_none().then_some(0.994),
         left_out: left_out.map(str::to_owned),
     };
     let fit = |points: &[Point3]| fit_feature(merge::FeatureKind::Cylinder, points).map_err(|e| e.to_string());
-    merge_pdf(&MergeReport {
+    print(&MergeReport {
         file: "merge.toml",
-        unit: "um",
+        unit,
         merged_by: "the best by d_cal within d_s".into(),
         d_grid: 10.1,
         d_s: 20.2,
@@ -88,13 +92,7 @@ fn report_bytes() -> Vec<u8> {
         ],
         pairs: vec![
             PairRow { views: [0, 1], share: 0.62, rms: 7.71, mean: -0.12, unused: None },
-            PairRow {
-                views: [0, 2],
-                share: 0.16,
-                rms: 48.2,
-                mean: 21.0,
-                unused: Some("its overlap fits worse than 3 times the noise".into()),
-            },
+            PairRow { views: [0, 2], share: 0.16, rms: 48.2, mean: 21.0, unused: Some(UNUSED.into()) },
         ],
         features: vec![FeatureRow {
             name: "cylinder 1".into(),
@@ -103,9 +101,23 @@ fn report_bytes() -> Vec<u8> {
             after: fit(positions),
         }],
         wear: Some((&wear, "merged_old.ply")),
+        not_compared: None,
         notes: vec!["view 1: turning about the axis of a cylinder is held by the stage alone, to 20 um".into()],
         seed: b"{}",
     })
+}
+
+const UNUSED: &str =
+    "their surfaces differ by 51.787 (one standard deviation), more than 2 times the noise of their points of 6.972";
+
+fn report_bytes() -> Vec<u8> {
+    printed("um", merge_pdf)
+}
+
+/// What stands on each page.
+fn report_texts(unit: &str) -> Vec<Vec<Placed>> {
+    let fonts = Fonts::new();
+    printed(unit, |report| pages(&fonts, report).0.iter().map(Page::texts).collect())
 }
 
 fn study_bytes() -> Vec<u8> {
@@ -142,4 +154,44 @@ fn a_merge_and_a_study_give_the_same_bytes_twice() {
         let first = bytes();
         assert!(first.starts_with(b"%PDF-") && first == bytes());
     }
+}
+
+#[test]
+fn nothing_of_a_merge_is_cut_off_or_printed_over_whatever_its_unit() {
+    for unit in ["um", "mm", "inch"] {
+        let texts = report_texts(unit);
+        assert_whole(unit, &texts);
+        // Both maps tell how long lengths are in them.
+        let scales = texts.iter().flatten().filter(|t| t.text == format!("500 {unit}")).count();
+        assert_eq!(scales, 2, "{unit}");
+        let joined: String = texts.iter().flatten().map(|t| format!("{} ", t.text)).collect();
+        assert!(joined.contains(&format!("Not used: {UNUSED}")), "{joined}");
+    }
+}
+
+#[test]
+fn the_first_page_of_a_merge_says_what_matters_first() {
+    let texts = report_texts("um");
+    let mut first: Vec<&Placed> = texts[0].iter().collect();
+    first.sort_by(|a, b| (a.y, a.x).partial_cmp(&(b.y, b.x)).unwrap());
+    let words: String = first.iter().map(|t| format!("{} ", t.text)).collect();
+    let mut from = 0;
+    for wanted in [
+        "2 of 3 views are in",
+        "too_long_for_its_column.ply: no overlap with any other view fits better",
+        "Agreement",
+        "at least 99.4 % agrees",
+        "cylinder 1 d_r = ",
+        " um (k = 1) after merging",
+        "Wear",
+        "regions differ from merged_old.ply, the largest by",
+        "cannot be told from that",
+        "In the cloud, of points kept",
+        "Which view each point came from",
+    ] {
+        from += words[from..].find(wanted).unwrap_or_else(|| panic!("no {wanted} in {}", &words[from..]));
+    }
+    // The page is used: what stands lowest on it, the footer aside, stands in its last quarter.
+    let lowest = texts[0].iter().filter(|t| t.y < 283.0).map(|t| t.y).fold(0.0, f64::max);
+    assert!(lowest > 210.0, "{lowest}");
 }

@@ -9,6 +9,7 @@ mod flow;
 mod map;
 pub mod mask_study;
 pub mod merge;
+mod merge_summary;
 #[cfg(test)]
 mod merge_tests;
 mod notes;

@@ -144,8 +144,8 @@ pub fn ticks([a, b]: [f64; 2]) -> Vec<f64> {
     (first..).map(|k| k as f64 * step).take_while(|v| *v <= high + 1e-9 * step).collect()
 }
 
-/// A tick's number without needless zeros.
-fn trimmed(value: f64) -> String {
+/// A round number without needless zeros.
+pub(super) fn trimmed(value: f64) -> String {
     let text = short(value);
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),

@@ -88,23 +88,28 @@ fn texts(case: &Case, part: &crate::part::Part, scan: &crate::scan::ConditionedS
     pages.iter().map(Page::texts).collect()
 }
 
+/// Every text of the pages stands inside the margins and over no other one.
+pub(super) fn assert_whole(name: &str, pages: &[Vec<Placed>]) {
+    for (k, page) in pages.iter().enumerate() {
+        for (i, a) in page.iter().enumerate() {
+            let place = format!("{name}, page {}: {a:?}", k + 1);
+            assert!(a.x >= LEFT - 0.1 && a.x + a.width <= RIGHT + 0.6, "{place}");
+            assert!(a.y - a.height >= 8.0 && a.y <= 289.0, "{place}");
+            for b in &page[i + 1..] {
+                let across = (a.x + a.width).min(b.x + b.width) - a.x.max(b.x);
+                let down = a.y.min(b.y) - (a.y - a.height).max(b.y - b.height);
+                // A mark inside a sign stands alone; everything else keeps clear of its neighbours.
+                assert!(across < 0.05 || down < 0.05, "{place} over {b:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn nothing_is_cut_off_or_printed_over() {
     let (part, scan, cases) = cases();
     for case in &cases {
-        for (k, page) in texts(case, &part, &scan).iter().enumerate() {
-            for (i, a) in page.iter().enumerate() {
-                let place = format!("{}, page {}: {a:?}", case.name, k + 1);
-                assert!(a.x >= LEFT - 0.1 && a.x + a.width <= RIGHT + 0.6, "{place}");
-                assert!(a.y - a.height >= 8.0 && a.y <= 289.0, "{place}");
-                for b in &page[i + 1..] {
-                    let across = (a.x + a.width).min(b.x + b.width) - a.x.max(b.x);
-                    let down = a.y.min(b.y) - (a.y - a.height).max(b.y - b.height);
-                    // A mark inside a sign stands alone; everything else keeps clear of its neighbours.
-                    assert!(across < 0.05 || down < 0.05, "{place} over {b:?}");
-                }
-            }
-        }
+        assert_whole(case.name, &texts(case, &part, &scan));
     }
 }
 

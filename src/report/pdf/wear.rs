@@ -10,9 +10,13 @@ use super::theme::{LEFT, RIGHT, STRONG, TEXT, WHITE};
 use crate::report::mask_study::short;
 use crate::report::palette::Palette;
 use crate::report::raster::points::CloudPicture;
+use crate::report::uncertain::with_u;
 use crate::report::view_colours::GREY;
 use crate::report::words::thousands;
 use crate::stitch::wear::{Verdict, Wear};
+
+/// Width of the map, mm; the legend stands beside it.
+const MAP: f64 = 150.0;
 
 /// The scale of the wear map: the larger of the worst region and four usual uncertainties, in round numbers.
 fn wear_range(wear: &Wear) -> f64 {
@@ -39,12 +43,12 @@ pub(super) fn wear_pages(
         d if d.is_finite() => Palette::default().colour(d / range),
         _ => GREY,
     };
-    let room = [160.0, 112.0].map(|mm: f64| (mm * PX_PER_MM) as usize);
+    let room = [MAP, 112.0].map(|mm: f64| (mm * PX_PER_MM) as usize);
     let top = flow.y;
     if let Some(picture) = CloudPicture::of(report.positions, colour, &report.eye, report.d_s.max(report.d_grid), room)
     {
         let new_from_old = wear.old_from_new.inverse();
-        place_picture(flow, picture, "Wear", 160.0, pictures, |page, at| {
+        place_picture(flow, picture, "Wear", (MAP, report.unit), pictures, |page, at| {
             for (k, region) in wear.regions.iter().enumerate() {
                 let [x, y] = at(&(new_from_old * region.centre));
                 page.circle(x, y, 2.1, &Paint::both(WHITE, TEXT, 0.3));
@@ -60,7 +64,7 @@ pub(super) fn wear_pages(
 
 fn legend(page: &mut Page<'_>, range: f64, top: f64, unit: &str) {
     const SLICES: usize = 80;
-    let (x, height) = (LEFT + 164.0, 56.0);
+    let (x, height) = (LEFT + MAP + 4.0, 56.0);
     page.text(x, top + 2.6, set(Font::SemiBold, 7.8), TEXT, &format!("New less old, {unit}"));
     let top = top + 5.0;
     for k in 0..SLICES {
@@ -108,7 +112,7 @@ fn wear_words(wear: &Wear, report: &MergeReport<'_>) -> String {
         wear.least_significance
     );
     text += &format!(
-        "The cloud was moved by up to {} {unit} for the best fit: wear that is even all over is a part of that and not told. ",
+        "The cloud was moved by up to {} {unit} for the best fit: wear that is even all over, or grows evenly across, is a part of that and not told. ",
         short(wear.fit.moved)
     );
     if wear.fit.free_motions > 0 {
@@ -142,7 +146,12 @@ fn regions(flow: &mut Flow<'_>, wear: &Wear) {
     ];
     let row = |(k, r): (usize, &crate::stitch::wear::WornRegion)| {
         let mut cells = vec![format!("{}{}", k + 1, if r.blurred { "*" } else { "" })];
-        cells.extend([r.area, r.area_u, r.mean, r.mean_u, r.extreme, r.extreme_u].map(|v| number(Some(v))));
+        for (value, u, signed) in [(r.area, r.area_u, false), (r.mean, r.mean_u, true), (r.extreme, r.extreme_u, true)]
+        {
+            let told = with_u(value, u, signed);
+            let (value, u) = told.split_once(" ± ").unwrap_or((&told, ""));
+            cells.extend([value.to_owned(), u.to_owned()]);
+        }
         cells.push(format!("{:.1}", r.significance));
         cells.extend((0..3).map(|axis| number(Some(r.extreme_at[axis]))));
         Row { cells, ..Row::default() }

@@ -74,6 +74,11 @@ impl CloudPicture {
         }
     }
 
+    /// Pixels that a length of one takes, across the line of sight.
+    pub fn px_per_unit(&self) -> f64 {
+        self.px_per_unit
+    }
+
     /// Pixels from the left and from the top of a point.
     pub fn place_px(&self, point: &Point3) -> [f64; 2] {
         let [right, up] = [0, 1].map(|k| self.axes[k].dot(&point.coords));
