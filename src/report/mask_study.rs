@@ -88,6 +88,23 @@ pub fn advice(curve: &Curve) -> String {
     }
 }
 
+/// Thresholds that a plot of them shows, from the loosest to the strictest: a lone value far out would press all others into a corner. `None` where
+/// there is one value only.
+pub fn shown_thresholds(thresholds: &[f64]) -> Option<[f64; 2]> {
+    let (first, last) = (*thresholds.first()?, *thresholds.last()?);
+    let usual = thresholds.get(2).copied().unwrap_or(first);
+    let begin = if (first - last).abs() > 1.6 * (usual - last).abs() && usual != last { usual } else { first };
+    (begin != last).then_some([begin, last])
+}
+
+/// The ends of a scale for sigma_dev on which its curve is seen: not from zero, where all of it would lie flat along the top, and never so close
+/// that what is no difference (a twentieth, as the knee has it) fills the plot. `None` where nothing is known.
+pub fn sigma_scale(sigmas: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let (low, high) = sigmas.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let pad = (0.15 * (high - low)).max(0.05 * high);
+    (low.is_finite() && high > 0.0).then(|| [(low - pad).max(0.0), high + pad])
+}
+
 /// Three digits.
 pub fn told(value: Option<f64>) -> String {
     value.map_or_else(|| "none".to_owned(), short)
@@ -100,4 +117,26 @@ pub fn short(value: f64) -> String {
     }
     let decimals = (2 - value.abs().log10().floor() as i64).clamp(0, 12) as usize;
     format!("{value:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_shows_the_curve_and_no_lone_value_far_out() {
+        assert_eq!(shown_thresholds(&[900.0, 320.0, 300.0, 200.0, 40.0]), Some([300.0, 40.0]));
+        assert_eq!(shown_thresholds(&[320.0, 310.0, 300.0, 200.0, 40.0]), Some([320.0, 40.0]));
+        assert_eq!((shown_thresholds(&[7.0]), shown_thresholds(&[])), (None, None));
+        // From 9 to 9.7, as masks of a study do: the curve takes 0.7 of 0.7 + 2 times 0.485 of the plot's height; what is a fiftieth of that stays flat.
+        let share = |sigmas: &[f64]| {
+            let [low, high] = sigma_scale(sigmas.iter().copied()).unwrap();
+            let (least, most) = (sigmas[0], sigmas[sigmas.len() - 1]);
+            assert!(low < least && most < high);
+            (most - least) / (high - low)
+        };
+        assert!(share(&[9.0, 9.7]) > 0.4 && share(&[6.5, 9.7]) > 0.7);
+        assert!(share(&[9.5, 9.52]) < 0.05);
+        assert_eq!(sigma_scale(std::iter::empty()), None);
+    }
 }

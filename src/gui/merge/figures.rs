@@ -8,7 +8,7 @@ use crate::plan::merge::Metric;
 pub const NONE: &str = "–";
 
 /// Decimals of a length, so that its last digit is about a tenth of what a sensor of that unit can tell.
-fn decimals(unit: LengthUnit) -> usize {
+pub fn decimals(unit: LengthUnit) -> usize {
     match unit {
         LengthUnit::Um => 1,
         LengthUnit::Mm => 3,

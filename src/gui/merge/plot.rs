@@ -11,11 +11,13 @@ use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::{Theme, size};
 use crate::plan::merge::Metric;
+use crate::report::mask_study::{shown_thresholds, sigma_scale};
 use crate::stitch::mask_study::{Curve, Step};
 use egui::{Color32, Pos2, Rect, Role, Stroke, Ui, WidgetInfo, pos2, vec2};
 use egui_plot::{
     AxisHints, HPlacement, Line, LineStyle, Plot, PlotPoint, PlotPoints, PlotTransform, PlotUi, Points, VLine,
 };
+use std::ops::RangeInclusive;
 
 /// The scale of sigma_dev, laid over percents.
 #[derive(Clone, Copy)]
@@ -25,13 +27,11 @@ struct Right {
 }
 
 impl Right {
-    fn of(curve: &Curve) -> Option<Self> {
-        let known = curve.steps.iter().filter_map(|step| step.sigma_dev);
-        let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        (low.is_finite() && high > 0.0).then(|| {
-            let pad = 0.15 * (high - low).max(0.1 * high);
-            Self { low: (low - pad).max(0.0), high: high + pad }
-        })
+    /// Of the steps whose thresholds are shown.
+    fn of(curve: &Curve, shown: &RangeInclusive<f64>) -> Option<Self> {
+        let steps = curve.steps.iter().filter(|step| shown.contains(&step.threshold));
+        let [low, high] = sigma_scale(steps.filter_map(|step| step.sigma_dev))?;
+        Some(Self { low, high })
     }
 
     fn percent(self, sigma: f64) -> f64 {
@@ -40,6 +40,13 @@ impl Right {
 
     fn sigma(self, percent: f64) -> f64 {
         self.low + 0.01 * percent * (self.high - self.low)
+    }
+
+    /// Decimals that tell a tenth of a quarter of the scale, and no fewer than lengths have.
+    fn decimals(self, unit: LengthUnit) -> usize {
+        let step = 0.25 * (self.high - self.low);
+        let needed = 1 - step.log10().floor() as i32;
+        figures::decimals(unit).max(needed.clamp(0, 9) as usize)
     }
 }
 
@@ -50,8 +57,9 @@ fn sigma_colour(theme: &Theme) -> Color32 {
 
 /// What a plot shows.
 struct Lines<'a> {
-    /// Thresholds with the share that each keeps.
+    /// Thresholds that are shown with the share that each keeps, and all of them.
     shares: &'a [[f64; 2]],
+    all: &'a [[f64; 2]],
     /// Thresholds with sigma_dev, on the right scale.
     sigmas: Vec<[f64; 2]>,
     right: Option<Right>,
@@ -64,20 +72,24 @@ struct Lines<'a> {
 /// Draws the curves of a metric.
 pub fn plot_ui(ui: &mut Ui, at: Rect, metric: Metric, study: Option<&Curve>, merging: &Merging, scope: &Scope) {
     let Some(preview) = merging.preview() else { return };
-    let shares = preview.keeps.get(&metric).map_or(&[][..], Vec::as_slice);
-    let Some((first, last)) = shares.first().map(|s| s[0]).zip(shares.last().map(|s| s[0])) else { return };
-    let (low, high) = (first.min(last), first.max(last));
-    let right = study.and_then(Right::of);
+    let all = preview.keeps.get(&metric).map_or(&[][..], Vec::as_slice);
+    let now = merging.mask(metric).and_then(bound);
+    let suggested = merging.suggested(metric);
+    let Some(shown) = shown(all, [now, suggested]) else { return };
+    let shares: Vec<[f64; 2]> = all.iter().filter(|[x, _]| shown.contains(x)).copied().collect();
+    let right = study.and_then(|curve| Right::of(curve, &shown));
     let sigmas = right.zip(study).map(|(right, curve)| {
         let of = |step: &Step| Some([step.threshold, right.percent(step.sigma_dev?)]);
-        curve.steps.iter().filter_map(of).filter(|[x, _]| (low..=high).contains(x)).collect()
+        curve.steps.iter().filter_map(of).filter(|[x, _]| shown.contains(x)).collect()
     });
+    let (low, high) = (*shown.start(), *shown.end());
     let lines = Lines {
-        shares,
+        shares: &shares,
+        all,
         sigmas: sigmas.unwrap_or_default(),
         right,
-        now: merging.mask(metric).and_then(bound),
-        suggested: merging.suggested(metric),
+        now,
+        suggested,
         unit: merging.plan.as_ref().map_or(LengthUnit::Mm, |plan| plan.unit),
     };
     let name = scope.words.fill("merge.curves_of", &[("metric", metric.key())]);
@@ -86,6 +98,16 @@ pub fn plot_ui(ui: &mut Ui, at: Rect, metric: Metric, study: Option<&Curve>, mer
         shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
         names_ui(ui, at, &shown.transform, &lines, scope);
     });
+}
+
+/// The thresholds that are shown: the usual ones, the one at hand and the suggested one.
+fn shown(shares: &[[f64; 2]], marked: [Option<f64>; 2]) -> Option<RangeInclusive<f64>> {
+    let thresholds: Vec<f64> = shares.iter().map(|[threshold, _]| *threshold).collect();
+    let [a, b] = shown_thresholds(&thresholds)?;
+    let (low, high) = (a.min(b), a.max(b));
+    let wider = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
+    let (low, high) = marked.into_iter().flatten().fold((low, high), wider);
+    Some(low..=high)
 }
 
 /// The plot with its scales: percent at the left, sigma_dev at the right.
@@ -99,7 +121,7 @@ fn axes<'a>(metric: Metric, [low, high]: [f64; 2], lines: &Lines<'_>, scope: &Sc
             if !(0.0..=100.0).contains(&percent) {
                 return String::new();
             }
-            figures::length(right.sigma(percent), unit, Words::of(language))
+            Words::of(language).number(right.sigma(percent), right.decimals(unit))
         };
         let placed = AxisHints::new_y().placement(HPlacement::Right);
         axes.push(placed.formatter(move |mark, _| told(mark.value)).min_thickness(44.0));
@@ -133,7 +155,7 @@ fn draw(plot: &mut PlotUi<'_>, metric: Metric, lines: &Lines<'_>, theme: &Theme)
     }
     if let Some(now) = lines.now {
         plot.vline(VLine::new("", now).stroke(Stroke::new(2.0, theme.text)).allow_hover(false));
-        let at: PlotPoints<'_> = vec![[now, 100.0 * share_at(lines.shares, metric, now)]].into();
+        let at: PlotPoints<'_> = vec![[now, 100.0 * share_at(lines.all, metric, now)]].into();
         plot.points(Points::new("", at).radius(5.0).color(theme.accent).allow_hover(false));
     }
 }

@@ -18,7 +18,9 @@ use crate::stitch::mask_study::{Curve, Knee};
 use egui::{Align2, Button, Rect, RichText, Role, Ui, WidgetInfo, pos2, vec2};
 
 const TITLE: f32 = 38.0;
-const FOOT: f32 = 30.0;
+/// Height of a line of what is told below the plot, and how many there may be.
+const LINE: f32 = 15.0;
+const MOST_LINES: usize = 5;
 
 /// The tabs of study and result where they share a place, or the title; returns where it ends.
 pub fn title_ui(ui: &mut Ui, at: Rect, shared: bool, own: Pane, view: &mut MergeView, scope: &Scope) -> f32 {
@@ -56,16 +58,42 @@ pub fn study_ui(ui: &mut Ui, at: Rect, shared: bool, merging: &Merging, view: &m
     let Some(metric) = view.metric.filter(|metric| metrics.contains(metric)).or(first.copied()) else { return };
     let chips = Rect::from_min_max(pos2(from, at.top() + 6.0), pos2(at.right() - 12.0, at.top() + TITLE - 6.0));
     metric_chips(ui, chips, &metrics, metric, view, scope);
-    let foot = Rect::from_min_max(pos2(at.left() + 14.0, at.bottom() - FOOT - 4.0), at.max - vec2(12.0, 4.0));
-    let plot = Rect::from_min_max(pos2(at.left() + 8.0, at.top() + TITLE), pos2(at.right() - 10.0, foot.top() - 2.0));
     let curve = match &merging.study {
         StudyState::Done(study, _) => study.curves.iter().find(|curve| curve.metric == metric),
         _ => None,
     };
+    let text = told(metric, curve, merging, scope.words);
+    let take = take(metric, merging, scope.words);
+    let button = take.as_ref().map_or(0.0, |(_, text)| write::width(ui, text, fonts::semibold(size::TABLE)) + 34.0);
+    // What is told is told whole.
+    let wide = at.width() - 26.0 - button;
+    let fits = |rows: &usize| write::fits(ui, &text, fonts::regular(size::NOTE), wide, *rows);
+    let rows = (2..MOST_LINES).find(fits).unwrap_or(MOST_LINES);
+    let high = LINE * rows as f32;
+    let foot = Rect::from_min_max(pos2(at.left() + 14.0, at.bottom() - high - 4.0), at.max - vec2(12.0, 4.0));
+    let plot = Rect::from_min_max(pos2(at.left() + 8.0, at.top() + TITLE), pos2(at.right() - 10.0, foot.top() - 2.0));
     if plot.height() > 70.0 {
         plot_ui(ui, plot, metric, curve, merging, scope);
     }
-    foot_ui(ui, foot, metric, curve, merging, scope);
+    if let Some((suggested, text)) = take {
+        let place = Rect::from_min_max(
+            pos2(foot.right() - button + 10.0, foot.center().y - 13.0),
+            pos2(foot.right(), foot.center().y + 13.0),
+        );
+        let button = ui.put(place, Button::new(RichText::new(&text).font(fonts::semibold(size::TABLE))));
+        if button.clicked() {
+            scope.ask(Action::Merge(Command::Mask(metric, Some(suggested))));
+        }
+    }
+    let place = foot.with_max_x(foot.left() + wide);
+    write::block(ui, place, Align2::LEFT_CENTER, &text, fonts::regular(size::NOTE), scope.theme.text, rows);
+}
+
+/// The threshold that is suggested and not set, and the words of the press that takes it.
+fn take(metric: Metric, merging: &Merging, words: &Words) -> Option<(f64, String)> {
+    let suggested = merging.suggested(metric)?;
+    let is_set = merging.mask(metric).and_then(bound) == Some(suggested);
+    (!is_set).then(|| (suggested, words.fill("merge.take", &[("value", &figures::threshold(suggested, words))])))
 }
 
 /// Which metric; the ones that have no room stand in a menu.
@@ -106,27 +134,7 @@ fn metric_chips(ui: &mut Ui, at: Rect, metrics: &[Metric], chosen: Metric, view:
     }
 }
 
-/// What is suggested, and the press that takes it; or why nothing is.
-fn foot_ui(ui: &mut Ui, at: Rect, metric: Metric, curve: Option<&Curve>, merging: &Merging, scope: &mut Scope) {
-    let (theme, words) = (scope.theme, scope.words);
-    let mut text_at = at;
-    if let Some(suggested) = merging.suggested(metric)
-        && merging.mask(metric).and_then(bound) != Some(suggested)
-    {
-        let value = figures::threshold(suggested, words);
-        let text = words.fill("merge.take", &[("value", &value)]);
-        let wide = write::width(ui, &text, fonts::semibold(size::TABLE)) + 24.0;
-        let place = Rect::from_min_size(pos2(at.right() - wide, at.center().y - 13.0), vec2(wide, 26.0));
-        let button = ui.put(place, Button::new(RichText::new(&text).font(fonts::semibold(size::TABLE))));
-        if button.clicked() {
-            scope.ask(Action::Merge(Command::Mask(metric, Some(suggested))));
-        }
-        text_at = at.with_max_x(place.left() - 10.0);
-    }
-    let text = told(metric, curve, merging, words);
-    write::block(ui, text_at, Align2::LEFT_CENTER, &text, fonts::regular(size::NOTE), theme.text, 2);
-}
-
+/// What the study says of a metric: what is suggested, or why nothing is.
 fn told(metric: Metric, curve: Option<&Curve>, merging: &Merging, words: &Words) -> String {
     let unit = merging.plan.as_ref().map_or(crate::geometry::LengthUnit::Mm, |plan| plan.unit);
     let length =

@@ -7,7 +7,7 @@ use super::page::{Font, Fonts, Page, Paint, Type, set};
 use super::plot::{Line, Mark, Plot};
 use super::theme::{LEFT, QUIET, RIGHT, STRONG, TEXT};
 use crate::plan::merge::{MergeFeature, MergePlan, Metric};
-use crate::report::mask_study::{advice, bound, csv, short};
+use crate::report::mask_study::{advice, bound, csv, short, shown_thresholds, sigma_scale};
 use crate::report::palette::Rgb;
 use crate::report::words::thousands;
 use crate::stitch::mask_study::{Curve, Knee, MaskStudy};
@@ -131,17 +131,11 @@ fn put_words(page: &mut Page<'_>, curve: &Curve, with_own: bool, x: f64, y: f64)
     }
 }
 
-/// From the loosest threshold that is no lone value far out to the strictest.
+/// The thresholds that are shown, and a scale on which sigma_dev is seen to change.
 fn plot(curve: &Curve, sigma: &[[f64; 2]], field: [f64; 4]) -> Option<Plot> {
-    let (first, last) = (curve.steps.first()?.threshold, curve.steps.last()?.threshold);
-    let usual = curve.steps.get(2).map_or(first, |s| s.threshold);
-    let begin = if (first - last).abs() > 1.6 * (usual - last).abs() && usual != last { usual } else { first };
-    let high = sigma.iter().filter(|p| (p[0] - last) * (begin - last) <= (begin - last).powi(2)).map(|p| p[1]);
-    let high = high.fold(0.0, f64::max);
-    (begin != last && high > 0.0).then_some(Plot {
-        field,
-        x: [begin, last],
-        left: [0.0, 1.08 * high],
-        right: [0.0, 108.0],
-    })
+    let thresholds: Vec<f64> = curve.steps.iter().map(|step| step.threshold).collect();
+    let x = shown_thresholds(&thresholds)?;
+    let inside = |p: &&[f64; 2]| (x[0].min(x[1])..=x[0].max(x[1])).contains(&p[0]);
+    let left = sigma_scale(sigma.iter().filter(inside).map(|p| p[1]))?;
+    Some(Plot { field, x, left, right: [0.0, 108.0] })
 }
