@@ -5,7 +5,9 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::gui::action::Screen;
 use crate::gui::app::App;
 use crate::gui::bridge::{self, MergedEnd};
+use crate::gui::engineer::lock::Lock;
 use crate::gui::facts::Job;
+use crate::gui::settings::Settings;
 use crate::plan::merge::{self, Metric, ViewsOf, looks_like_merge, mask_lines, with_masks};
 use crate::report::atomic;
 use crate::stitch::StitchError;
@@ -82,6 +84,11 @@ pub(in crate::gui) fn command(app: &mut App, ctx: &egui::Context, command: Comma
             merging.version += 1;
         }
         Command::CopyLines => ctx.copy_text(mask_lines(&merging.masks)),
+        Command::Keep if is_locked(&app.settings, &app.lock, app.setup.clock.now()) => {
+            let help = "unlock it on the engineer's screen first; the masks in the window stay as they are";
+            let fault = Diagnostic::warning("a settings file is changed only while the engineer's lock is open");
+            app.facts.message = Some(fault.in_file(&merging.path).with_help(help));
+        }
         Command::Keep => {
             if let Err(fault) = keep(merging) {
                 app.facts.message = Some(fault);
@@ -101,6 +108,11 @@ pub(in crate::gui) fn command(app: &mut App, ctx: &egui::Context, command: Comma
             }
         }
     }
+}
+
+/// Whether the engineer's lock keeps the settings file as it is. Where nobody set a password there is none.
+pub(in crate::gui) fn is_locked(settings: &Settings, lock: &Lock, now: Instant) -> bool {
+    settings.password.is_some() && !lock.is_open(now)
 }
 
 /// Writes the masks into the file, unless somebody else changed it.

@@ -1,6 +1,6 @@
 //! The line below the bar: which merge, what of its masks is not kept, and the button that merges. What has no room folds into a menu.
 
-use super::act::{Command, may_merge};
+use super::act::{Command, is_locked, may_merge};
 use super::facts::{Merging, ViewsState};
 use super::figures;
 use super::state::{MergeView, Pane};
@@ -73,8 +73,9 @@ pub fn header_ui(ui: &mut Ui, at: Rect, breadth: Breadth, merging: &Merging, sco
 fn items(merging: &Merging, scope: &Scope) -> [(&'static str, bool, Command); 4] {
     let changed = merging.is_changed();
     let idle = !matches!(scope.facts.job, Job::Merging(_));
+    let locked = is_locked(scope.settings, scope.lock, scope.now);
     [
-        ("merge.keep", changed && merging.is_sound(), Command::Keep),
+        (if locked { "merge.keep_locked" } else { "merge.keep" }, changed && merging.is_sound(), Command::Keep),
         ("merge.revert", changed, Command::Revert),
         ("merge.copy_lines", merging.plan.is_some(), Command::CopyLines),
         ("merge.read_again", idle, Command::Reload),

@@ -57,7 +57,7 @@ pub fn checked(app: &App) -> bool {
 impl Window {
     /// Types over what stands in a field.
     #[track_caller]
-    fn type_into(&mut self, label: &str, text: &str) {
+    pub(super) fn type_into(&mut self, label: &str, text: &str) {
         self.harness.get_by_label(label).focus();
         self.harness.run_steps(3);
         self.harness.event(egui::Event::Text(text.to_owned()));

@@ -253,3 +253,43 @@ fn a_merge_and_a_plan_are_open_beside_each_other() {
     window.wait("the plan is open", |app| matches!(app.facts().job, Job::Idle));
     assert!(window.app().facts().merging.is_some() && window.app().view().screen == Screen::Operator);
 }
+
+/// The engineer's password is set, which opens the lock.
+fn set_password(window: &mut Window) {
+    window.ask(Action::Show(Screen::Engineer));
+    window.harness.run_steps(2);
+    window.type_into("New password", "blech und rand");
+    window.type_into("The same again", "blech und rand");
+    window.click("Set password");
+    window.wait("the password is kept", |app| app.settings().password.is_some());
+    window.ask(Action::Show(Screen::Merge));
+    window.harness.run_steps(2);
+}
+
+#[test]
+fn masks_are_kept_in_the_file_only_while_the_engineers_lock_is_open() {
+    let views = Views::new();
+    let kept = || std::fs::read_to_string(views.path("merge.toml")).expect("the settings");
+    let mut window = over(&views, [1920.0, 1080.0]);
+    let masked = |window: &mut Window, bound: f64| {
+        window.ask(Action::Merge(Command::Mask(Metric::PhaseShiftVariation, Some(bound))));
+        window.harness.run_steps(2);
+    };
+    // Nobody set a password: there is no lock.
+    masked(&mut window, 0.006);
+    window.click("Keep masks in file");
+    assert!(kept().contains("sigma_i = { min = 0.006 }"), "{}", kept());
+    set_password(&mut window);
+    masked(&mut window, 0.007);
+    window.click("Keep masks in file");
+    assert!(kept().contains("0.007"), "the lock is open: {}", kept());
+    window.ask(Action::Engineer(shapeline::gui::engineer::Command::LockNow));
+    masked(&mut window, 0.008);
+    window.click("Keep masks in file (locked)");
+    assert!(window.says("A settings file is changed only while the engineer's lock is open"));
+    assert!(!kept().contains("0.008"), "{}", kept());
+    // What is set in the window stays, and is merged.
+    assert!(window.app().facts().merging.as_ref().expect("open").is_changed());
+    merge(&mut window);
+    assert!(window.app().facts().merging.as_ref().expect("open").done.is_some());
+}
