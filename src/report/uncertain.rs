@@ -59,8 +59,13 @@ mod tests {
         for k in 0..600 {
             let u = 10f64.powf(f64::from(k) / 100.0 - 4.0);
             let step = 10f64.powi(u.log10().floor() as i32 - 1);
-            let found = told(1234.567_891_2, u).unwrap();
-            assert!((found.value - 1234.567_891_2).abs() <= 0.5 * step || found.decimals > 0, "{u} {found:?}");
+            let (value, found) = (1_234.567_8, told(1_234.567_8, u).unwrap());
+            if step < 0.5 {
+                assert!((10f64.powi(-(found.decimals as i32)) / step - 1.0).abs() < 1e-9, "{u} {found:?}");
+                assert_eq!((found.value, found.u), (value, u), "the digits are left to the decimals");
+            } else {
+                assert!(found.decimals == 0 && (found.value - value).abs() <= 0.5 * step, "{u} {found:?}");
+            }
             assert!(step <= 0.1 * u * (1.0 + 1e-9) && step >= 0.01 * u * (1.0 - 1e-9));
         }
         assert_eq!((told(1.0, 0.0), told(f64::NAN, 1.0)), (None, None));

@@ -97,6 +97,7 @@ fn views(report: &MergeReport<'_>) -> Vec<String> {
     );
     let all = match report.views.len() {
         1 => format!("The one view is in: {points}."),
+        2 if left_out.is_empty() => format!("Both views are in: {points}."),
         count if left_out.is_empty() => format!("All {count} views are in: {points}."),
         count => format!("{used} of {count} views are in: {points}. Left out:"),
     };
@@ -110,9 +111,12 @@ fn views(report: &MergeReport<'_>) -> Vec<String> {
     paragraphs
 }
 
-/// How far the views say the same where several saw it; `None` where nothing was registered.
+/// How far the views say the same where several saw it; `None` of one view.
 fn agreement(report: &MergeReport<'_>) -> Option<String> {
     let used: Vec<&PairRow> = report.pairs.iter().filter(|p| p.unused.is_none() && p.rms.is_finite()).collect();
+    if report.pairs.is_empty() && report.views.iter().filter(|view| view.left_out.is_none()).count() > 1 {
+        return Some("Not told: the views were not registered, they lie where they were given.".to_owned());
+    }
     let mut rms: Vec<f64> = used.iter().map(|pair| pair.rms).collect();
     let usual = crate::fit::robust::median(&mut rms)?;
     let worst = used.iter().max_by(|a, b| a.rms.total_cmp(&b.rms))?;
@@ -124,12 +128,14 @@ fn agreement(report: &MergeReport<'_>) -> Option<String> {
         n => format!(" {n} overlaps), the worst by {} (views {a} and {b}).", short(worst.rms)),
     };
     let least = report.views.iter().filter_map(|v| Some((v.agreement.filter(|a| a.is_finite())?, v)));
-    if let Some((share, view)) = least.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        text += &format!(
-            " Of what neighbours see in the same place at least {:.1} % agrees ({}).",
-            100.0 * share,
-            view.name
-        );
+    match least.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        // What is told to a tenth of a percent.
+        Some((share, _)) if share >= 0.9995 => text += " All that neighbours see in the same place agrees.",
+        Some((share, view)) => {
+            let share = 100.0 * share;
+            text += &format!(" Of what neighbours see in the same place at least {share:.1} % agrees ({}).", view.name);
+        }
+        None => {}
     }
     let unused = report.pairs.len() - report.pairs.iter().filter(|pair| pair.unused.is_none()).count();
     if unused > 0 {

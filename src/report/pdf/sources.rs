@@ -72,10 +72,17 @@ pub(super) fn sources(flow: &mut Flow<'_>, report: &MergeReport<'_>, pictures: &
     let middles = middles(report);
     place_picture(flow, picture, "Sources", (182.4, report.unit), pictures, |page, at| {
         let size = if middles.len() > 40 { 5.6 } else { 7.4 };
+        // One that would lie over another gives way.
+        let mut taken: Vec<[f64; 3]> = Vec::new();
         for (view, middle) in &middles {
             let [x, y] = at(middle);
             let (text, label) = (view.to_string(), set(Font::SemiBold, size));
             let half = 0.5 * page.fonts.width_mm(label, &text) + 0.9;
+            let over = |[x1, y1, half1]: &[f64; 3]| (x - x1).abs() < half + half1 && (y - y1).abs() < 0.48 * size;
+            if taken.iter().any(over) {
+                continue;
+            }
+            taken.push([x, y, half]);
             page.round_rect(
                 x - half,
                 y - 0.24 * size,
