@@ -177,7 +177,7 @@ wait_for "the merged cloud" test -e "$home/pin/merge.json"
 sleep 4
 picture merge_done
 # The first view by itself, its row being the first of the list.
-if [ "$width" -ge 1200 ]; then xdotool mousemove 120 $((64 + 52 + 38 + 22 + 14 + (width >= 1600 ? 8 : 0))) sleep 0.2 click 1
+if [ "$width" -ge 1200 ]; then xdotool mousemove 120 $((64 + 52 + 38 + 36 + 14 + (width >= 1600 ? 8 : 0))) sleep 0.2 click 1
 else xdotool mousemove 120 240 sleep 0.2 click 1
 fi
 sleep 3

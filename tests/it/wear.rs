@@ -12,7 +12,7 @@ use std::path::Path;
 const STAGE: PriorError = PriorError { shift: 5.0, turn_rad: 0.0005 };
 
 /// Writes the cylinder's views, with a worn pocket or without, into a folder.
-fn dataset(folder: &Path, seed: u64, worn: bool) {
+pub fn dataset(folder: &Path, seed: u64, worn: bool) {
     let mut scene = Scene::cylinder(STAGE, seed);
     if worn {
         let centre = Point3::new(-450.0, 0.0, 1001.5);
@@ -21,7 +21,7 @@ fn dataset(folder: &Path, seed: u64, worn: bool) {
     write_dataset(folder, &scene, &RunContext::silent()).expect("the dataset is written");
 }
 
-fn add(file: &Path, after: &str, line: &str) {
+pub fn add(file: &Path, after: &str, line: &str) {
     let text = std::fs::read_to_string(file).expect("settings");
     assert!(text.contains(after));
     std::fs::write(file, text.replace(after, &format!("{after}{line}"))).expect("settings");

@@ -165,7 +165,7 @@ fn begin(app: &mut App) {
             }
         },
     };
-    merging.fault = None;
+    (merging.fault, merging.stopped) = (None, false);
     let masks = merging.masks.clone();
     let request = MergeRequest { plan_path: merging.path.clone(), settings, ..MergeRequest::default() };
     app.facts.message = None;
@@ -215,7 +215,10 @@ pub(in crate::gui) fn ended(app: &mut App, end: MergedEnd) {
             app.merge.show_result();
         }
         // What was merged before stays in sight.
-        Err(Some(StitchError::Cancelled(_))) => {}
+        Err(Some(StitchError::Cancelled(_))) => {
+            merging.stopped = true;
+            app.merge.show_result();
+        }
         Err(Some(StitchError::Fault(fault) | StitchError::CutOff(fault))) => {
             merging.fault = Some(*fault);
             app.merge.show_result();

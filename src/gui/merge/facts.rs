@@ -38,6 +38,8 @@ pub struct Merging {
     pub done: Option<Arc<Done>>,
     /// Why the last one gave nothing.
     pub fault: Option<Diagnostic>,
+    /// The last one was stopped before its end.
+    pub stopped: bool,
 }
 
 /// The views of a merge.
@@ -127,6 +129,7 @@ impl Merging {
             study: StudyState::None,
             done: None,
             fault: None,
+            stopped: false,
         }
     }
 

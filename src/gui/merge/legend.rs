@@ -14,6 +14,9 @@ use egui::{Align2, CornerRadius, Rect, Stroke, StrokeKind, Ui, pos2, vec2};
 /// Width of the legend with its numbers.
 pub const WIDTH: f32 = 104.0;
 
+/// Words that are too wide become smaller, down to this.
+const LEAST: f32 = 9.0;
+
 /// What a legend is of.
 pub struct Legend<'a> {
     /// What the colours tell.
@@ -53,7 +56,9 @@ pub fn legend_ui(ui: &mut Ui, at: Rect, legend: &Legend<'_>, scope: &Scope) {
     let (theme, words) = (scope.theme, scope.words);
     let Some([low, high]) = legend.colours.range else { return };
     let title = at.with_max_y(at.top() + 18.0);
-    write::line(ui, title, Align2::LEFT_CENTER, &legend.title(words), fonts::semibold(size::NOTE), theme.text);
+    let name = legend.title(words);
+    let points = write::fitting_size(ui, &name, fonts::semibold, title.width(), size::NOTE, LEAST);
+    write::line(ui, title, Align2::LEFT_CENTER, &name, fonts::semibold(points), theme.text);
     let mut notes: Vec<String> = Vec::new();
     let beyond = legend.colours.beyond;
     for (count, key) in [(beyond[0], "results.over"), (beyond[1], "results.under")] {
@@ -94,6 +99,7 @@ pub fn legend_ui(ui: &mut Ui, at: Rect, legend: &Legend<'_>, scope: &Scope) {
             ui.painter().rect_filled(swatch, 2, colour(NO_VALUE));
             text.min.x += 14.0;
         }
-        write::line(ui, text, Align2::LEFT_CENTER, note, fonts::regular(size::NOTE), theme.text);
+        let points = write::fitting_size(ui, note, fonts::regular, text.width(), size::NOTE, LEAST);
+        write::line(ui, text, Align2::LEFT_CENTER, note, fonts::regular(points), theme.text);
     }
 }

@@ -11,11 +11,15 @@ use crate::gui::theme::size;
 use crate::gui::widgets::{cards, words as write};
 use crate::plan::merge::{Better, Metric};
 use crate::worker::merge::Preview;
-use egui::{Align2, Checkbox, DragValue, Rect, Role, ScrollArea, Sense, Slider, Stroke, Ui, WidgetInfo, pos2, vec2};
+use egui::{
+    Align2, Checkbox, Color32, DragValue, Rect, Role, ScrollArea, Sense, Slider, Stroke, Ui, WidgetInfo, pos2, vec2,
+};
 
 const TITLE: f32 = 38.0;
 /// Height of one metric, and of the sums below all.
 const ROW: f32 = 58.0;
+/// Width of a threshold's field.
+const FIELD: f32 = 104.0;
 const FOOT: f32 = 84.0;
 const FOOT_LOW: f32 = 46.0;
 
@@ -60,7 +64,7 @@ pub fn masks_ui(ui: &mut Ui, at: Rect, merging: &Merging, scope: &mut Scope) {
         write::block(ui, body, Align2::LEFT_TOP, text, fonts::regular(size::BODY), theme.quiet, 4);
     }
     ui.scope_builder(egui::UiBuilder::new().max_rect(body), |ui| {
-        ScrollArea::vertical().id_salt("masks").auto_shrink(false).show(ui, |ui| {
+        ScrollArea::vertical().id_salt("masks").auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
             for metric in ordered(metrics, merging) {
                 let (at, _) = ui.allocate_exact_size(vec2(ui.available_width() - 10.0, ROW), Sense::hover());
                 ui.push_id(metric.key(), |ui| metric_ui(ui, at, metric, merging, preview, scope));
@@ -100,7 +104,7 @@ fn metric_ui(ui: &mut Ui, at: Rect, metric: Metric, merging: &Merging, preview: 
     let set = mask.and_then(bound);
     let value = set.unwrap_or_else(|| figures::rounded(first));
     let upper = at.with_max_y(at.top() + 28.0);
-    let field = Rect::from_min_max(pos2(upper.right() - 84.0, upper.top() + 2.0), pos2(upper.right(), upper.bottom()));
+    let field = Rect::from_min_max(pos2(upper.right() - FIELD, upper.top() + 2.0), pos2(upper.right(), upper.bottom()));
     let name_width = 30.0 + write::width(ui, key, fonts::semibold(size::BODY));
     let check = upper.with_max_x((upper.left() + name_width).min(field.left() - 60.0));
     let mut on = mask.is_some();
@@ -112,21 +116,14 @@ fn metric_ui(ui: &mut Ui, at: Rect, metric: Metric, merging: &Merging, preview: 
         let bound = if on { Some(merging.suggested(metric).unwrap_or(figures::rounded(first))) } else { None };
         scope.ask(Action::Merge(Command::Mask(metric, bound)));
     }
-    let stays = stays(metric, merging, preview, words);
-    let unit = preview_unit(metric, merging);
-    let side = format!("{} {unit}   {stays}", side(metric, words)).replace("  ", " ");
+    let note = match mask {
+        Some(_) => stays(metric, merging, preview, words),
+        None => words.text("merge.mask_off").to_owned(),
+    };
     let between = Rect::from_min_max(pos2(check.right() + 6.0, upper.top()), pos2(field.left() - 8.0, upper.bottom()));
-    write::line(ui, between, Align2::LEFT_CENTER, &side, fonts::regular(size::TABLE), theme.quiet);
+    write::line(ui, between, Align2::LEFT_CENTER, &note, fonts::regular(size::TABLE), theme.quiet);
     let mut typed = value;
-    let speed = ((last - first).abs() / 300.0).max(f64::MIN_POSITIVE);
-    let written = words.language();
-    let drag = DragValue::new(&mut typed)
-        .speed(speed)
-        .custom_formatter(move |value, _| figures::threshold(value, Words::of(written)))
-        .custom_parser(crate::gui::text::typed_number);
-    let drag = ui.put(field, drag.update_while_editing(false));
-    let name = words.fill("merge.threshold_of", &[("metric", key)]);
-    drag.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, &name));
+    let drag = field_ui(ui, field, (metric, mask.is_some()), &mut typed, [first, last], merging, scope);
     let lower = Rect::from_min_max(pos2(at.left() + 2.0, upper.bottom()), pos2(at.right(), at.bottom() - 6.0));
     let slider = slider_ui(ui, lower, (metric, mask.is_some()), [first, last], value, scope);
     let slid = slider.1;
@@ -144,7 +141,45 @@ fn metric_ui(ui: &mut Ui, at: Rect, metric: Metric, merging: &Merging, preview: 
     ui.painter().hline(at.x_range(), at.bottom() - 2.0, Stroke::new(1.0, theme.raised));
 }
 
-/// The slider, its kept side filled; what it is moved to.
+/// The threshold as a number with the side that it keeps and its unit; pale while no mask is set.
+fn field_ui(
+    ui: &mut Ui,
+    at: Rect,
+    (metric, on): (Metric, bool),
+    typed: &mut f64,
+    [first, last]: [f64; 2],
+    merging: &Merging,
+    scope: &Scope,
+) -> egui::Response {
+    let (theme, words) = (scope.theme, scope.words);
+    let unit = merging.plan.as_ref().map_or("", |plan| figures::metric_unit(metric, plan.unit));
+    let written = words.language();
+    let drag = DragValue::new(typed)
+        .speed(((last - first).abs() / 300.0).max(f64::MIN_POSITIVE))
+        .prefix(match metric.better() {
+            Better::Larger => "≥ ",
+            Better::Smaller => "≤ ",
+        })
+        .suffix(if unit.is_empty() { String::new() } else { format!(" {unit}") })
+        .custom_formatter(move |value, _| figures::threshold(value, Words::of(written)))
+        .custom_parser(crate::gui::text::typed_number);
+    let drag = ui.scope(|ui| {
+        if !on {
+            ui.visuals_mut().override_text_color = Some(theme.quiet);
+        }
+        ui.put(at, drag.update_while_editing(false))
+    });
+    let name = named(words.fill("merge.threshold_of", &[("metric", metric.key())]), on, words);
+    drag.inner.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, &name));
+    drag.inner
+}
+
+/// The name of a control, which says where its mask is not set.
+fn named(name: String, on: bool, words: &Words) -> String {
+    if on { name } else { format!("{name}, {}", words.text("merge.mask_off")) }
+}
+
+/// The slider, its kept side filled; what it is moved to. While no mask is set, its rail and a small mark are all that is seen.
 fn slider_ui(
     ui: &mut Ui,
     at: Rect,
@@ -159,11 +194,18 @@ fn slider_ui(
     let builder = egui::UiBuilder::new().max_rect(at);
     let slider = ui.scope_builder(builder, |ui| {
         ui.spacing_mut().slider_width = at.width() - 4.0;
+        if !on {
+            // Its own rail and handle are drawn below.
+            let widgets = &mut ui.visuals_mut().widgets;
+            for look in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active] {
+                (look.bg_fill, look.fg_stroke) = (Color32::TRANSPARENT, Stroke::NONE);
+            }
+        }
         let slider = Slider::new(&mut slid, low..=high).show_value(false).trailing_fill(false);
         ui.add(slider.handle_shape(egui::style::HandleShape::Circle))
     });
     let slider = slider.inner;
-    let name = format!("{} {}", metric.key(), side(metric, words));
+    let name = named(format!("{} {}", metric.key(), side(metric, words)), on, words);
     slider.widget_info(|| WidgetInfo::slider(true, value, &name));
     // As egui places its handle.
     let radius = slider.rect.height() / 2.5;
@@ -174,16 +216,16 @@ fn slider_ui(
         Better::Larger => x..=slider.rect.right(),
         Better::Smaller => slider.rect.left()..=x,
     };
+    let touched = slider.hovered() || slider.has_focus() || slider.dragged();
     if on {
         ui.painter().hline(kept, y, Stroke::new(5.0, theme.accent));
+        ui.painter().circle(pos2(x, y), radius, theme.panel, Stroke::new(2.0, theme.accent));
+    } else {
+        ui.painter().hline(left..=right, y, Stroke::new(2.0, theme.stroke));
+        let frame = Stroke::new(1.5, if touched { theme.accent } else { theme.strong_stroke });
+        ui.painter().circle(pos2(x, y), 0.5 * radius, theme.panel, frame);
     }
-    let frame = Stroke::new(2.0, if on { theme.accent } else { theme.strong_stroke });
-    ui.painter().circle(pos2(x, y), radius, theme.panel, frame);
     (slider, slid)
-}
-
-fn preview_unit(metric: Metric, merging: &Merging) -> &'static str {
-    merging.plan.as_ref().map_or("", |plan| figures::metric_unit(metric, plan.unit))
 }
 
 /// How many points a mask keeps by itself.
@@ -230,7 +272,8 @@ fn foot_ui(ui: &mut Ui, at: Rect, merging: &Merging, preview: &Preview, scope: &
         Some((sigma, plan)) => {
             let was = merging.unmasked.as_ref().and_then(|w| w.features.first()?.sigma_dev);
             let was = was.map_or_else(|| figures::NONE.to_owned(), |was| figures::with_unit(was, plan.unit, words));
-            let text = words.fill("merge.sigma_was", &[("was", &was)]);
+            let of = plan.features.first().map_or("", |feature| feature.name.as_str());
+            let text = words.fill("merge.sigma_was", &[("feature", of), ("was", &was)]);
             figure_ui(ui, line(1.0), &figures::with_unit(sigma, plan.unit, words), &text, scope);
         }
         None => {
@@ -268,7 +311,8 @@ fn figure_ui(ui: &mut Ui, at: Rect, figure: &str, text: &str, scope: &Scope) {
     let wide = write::width(ui, figure, font.clone()) + 8.0;
     write::line(ui, at.with_max_x(at.left() + wide), Align2::LEFT_CENTER, figure, font, theme.text);
     let rest = at.with_min_x(at.left() + wide + 2.0);
-    write::line(ui, rest, Align2::LEFT_CENTER, text, fonts::regular(size::TABLE), theme.quiet);
+    let points = write::fitting_size(ui, text, fonts::regular, rest.width(), size::TABLE, 10.0);
+    write::line(ui, rest, Align2::LEFT_CENTER, text, fonts::regular(points), theme.quiet);
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ mod scene;
 mod scene_bar;
 mod state;
 mod study;
+mod told;
 mod views;
 
 pub use act::Command;

@@ -4,16 +4,14 @@ use super::facts::{Done, Merging};
 use super::figures::{self, NONE};
 use super::state::{MergeView, Pane};
 use super::study::title_ui;
-use super::views::lines_ui;
+use super::told::lines_ui;
 use crate::geometry::LengthUnit;
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
 use crate::gui::scope::Scope;
-use crate::gui::text::Words;
 use crate::gui::theme::size;
 use crate::gui::widgets::{cards, sign, words as write};
 use crate::report::words::clean;
-use crate::stitch::feature::FeatureFit;
 use crate::stitch::wear::{Doubt, Verdict, Wear};
 use egui::{Align2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, pos2, vec2};
 
@@ -34,6 +32,10 @@ pub fn result_ui(ui: &mut Ui, at: Rect, shared: bool, merging: &Merging, view: &
     if let Some(fault) = &merging.fault {
         warnings.push(words.with_help(&sentence(fault, words), fault.help.as_deref()));
     }
+    if merging.stopped {
+        let key = if merging.done.is_some() { "merge.stopped_again" } else { "merge.stopped" };
+        warnings.push(words.text(key).to_owned());
+    }
     if merging.is_stale() {
         warnings.push(words.text("merge.stale").to_owned());
     }
@@ -43,7 +45,7 @@ pub fn result_ui(ui: &mut Ui, at: Rect, shared: bool, merging: &Merging, view: &
         return lines_ui(ui, body, "result", &lines, scope);
     };
     ui.scope_builder(egui::UiBuilder::new().max_rect(body), |ui| {
-        ScrollArea::vertical().id_salt("result").auto_shrink(false).show(ui, |ui| {
+        ScrollArea::vertical().id_salt("result").auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 3.0;
             warnings.iter().for_each(|text| warning_ui(ui, text, scope));
             figures_ui(ui, done, scope);
@@ -69,15 +71,14 @@ fn figures_ui(ui: &mut Ui, done: &Done, scope: &Scope) {
     let (result, extras, unit) = (&done.job.result, &done.job.extras, done.job.plan.unit);
     let (points_in, points_out) = (result.merged.points_in, result.merged.positions.len());
     let length = |value: f64| figures::with_unit(value, unit, words);
-    let values = [
-        ("in", words.thousands(points_in)),
-        ("out", words.thousands(points_out)),
-        ("grid", length(result.placed.d_grid)),
-        ("ds", length(result.merged.d_s)),
-    ];
+    let views = words.count("merge.count_views", result.files.len() - result.left_out().count());
+    let values = [("in", words.thousands(points_in)), ("out", words.thousands(points_out)), ("views", views)];
     let text = words.fill("merge.out_of_in", &values.each_ref().map(|(key, value)| (*key, value.as_str())));
     let text = RichText::new(text).font(fonts::semibold(size::BODY)).color(scope.theme.text);
     ui.add(egui::Label::new(text).wrap());
+    let distances = [("ds", length(result.merged.d_s)), ("grid", length(result.placed.d_grid))];
+    let text = words.fill("merge.merged_by", &distances.each_ref().map(|(key, value)| (*key, value.as_str())));
+    line_ui(ui, &text, scope);
     if !extras.features.is_empty() {
         table_ui(ui, done, unit, scope);
     }
@@ -120,82 +121,88 @@ fn wear_ui(ui: &mut Ui, wear: &Wear, unit: LengthUnit, scope: &Scope) {
     let measured = words.thousands(wear.difference.len() - wear.not_measured);
     let none = words.thousands(wear.not_measured);
     line_ui(ui, &fill("merge.wear_told", &[("regions", told), ("n", measured), ("none", none)]), scope);
-    let with_u =
-        |value: f64, u: f64| format!("{} ± {}", figures::signed(value, unit, words), figures::length(u, unit, words));
+    let with_u = |value: f64, u: f64| figures::with_u(value, u, unit, words);
     for (k, region) in wear.regions.iter().take(MOST_REGIONS).enumerate() {
-        let area = [region.area, region.area_u].map(|value| words.number(value, area_decimals(region.area)));
         let values = [
             ("k", (k + 1).to_string()),
-            ("area", format!("{} ± {} {}²", area[0], area[1], figures::unit(unit))),
+            ("area", figures::area(region.area, region.area_u, unit, words)),
             ("mean", with_u(region.mean, region.mean_u)),
             ("extreme", with_u(region.extreme, region.extreme_u)),
+            ("unit", figures::unit(unit).to_owned()),
         ];
         let blurred = if region.blurred { words.text("merge.region_blurred") } else { "" };
         line_ui(ui, &format!("{}{blurred}", fill("merge.region", &values)), scope);
+    }
+    line_ui(ui, &fill("merge.wear_moved", &[("moved", length_of(wear.fit.moved))]), scope);
+    if wear.fit.free_motions > 0 {
+        line_ui(ui, &words.count("merge.wear_free", wear.fit.free_motions), scope);
     }
 }
 
 /// Regions of wear that are listed; the report has all.
 const MOST_REGIONS: usize = 12;
 
-fn area_decimals(area: f64) -> usize {
-    if area >= 100.0 { 0 } else { 2 }
-}
+/// Width of the words before and after, and of the columns of numbers, as shares of what the name leaves.
+const SHARES: [f32; 4] = [0.2, 0.36, 0.24, 0.2];
 
-/// Features before and after: radius against the certificate, and how much the points scatter.
+/// Features before and after: radius against the certificate, how much the points scatter, and how many they are.
 fn table_ui(ui: &mut Ui, done: &Done, unit: LengthUnit, scope: &Scope) {
-    let (theme, words) = (scope.theme, scope.words);
-    const ROW: f32 = 22.0;
-    let width = ui.available_width() - 12.0;
-    let name_width = 0.28 * width;
-    let each = (width - name_width) / 4.0;
-    let row = |ui: &mut Ui, cells: [String; 5], is_head: bool| {
-        let (at, _) = ui.allocate_exact_size(vec2(width, ROW), Sense::hover());
-        let (font, colour) = match is_head {
-            true => (fonts::semibold(size::NOTE), theme.quiet),
-            false => (fonts::mono(size::TABLE), theme.text),
-        };
-        let [name, numbers @ ..] = cells;
-        let name_font = if is_head { font.clone() } else { fonts::semibold(size::TABLE) };
-        write::line(ui, at.with_max_x(at.left() + name_width), Align2::LEFT_CENTER, &name, name_font, colour);
-        for (k, cell) in numbers.iter().enumerate() {
-            let left = at.left() + name_width + each * k as f32;
-            let place = Rect::from_min_max(pos2(left + 4.0, at.top()), pos2(left + each, at.bottom()));
-            write::line(ui, place, Align2::RIGHT_CENTER, cell, font.clone(), colour);
-        }
-        ui.painter().hline(at.x_range(), at.bottom(), Stroke::new(1.0, theme.raised));
-    };
-    let text = |key: &str| words.fill(key, &[("unit", figures::unit(unit))]);
-    let head = ["merge.feature", "merge.d_r_before", "merge.d_r_after", "merge.sigma_before", "merge.sigma_after"];
-    row(ui, head.map(text), true);
+    let words = scope.words;
+    let symbol = |name: &str| format!("{name}, {}", figures::unit(unit));
+    let [name, points] = ["merge.feature", "merge.points"].map(|key| words.text(key).to_owned());
+    row_ui(ui, [name, String::new(), symbol("d_r ± u"), symbol("sigma_dev"), points], true, scope);
     let mut notes = Vec::new();
     for feature in &done.job.extras.features {
-        let certified = feature.certified.map(|c| c.0);
-        let d_r = |fit: &Result<FeatureFit, String>| match fit {
-            Ok(fit) => fit.d_r(certified).map_or_else(|| NONE.to_owned(), |d| figures::signed(d, unit, words)),
-            Err(_) => NONE.to_owned(),
-        };
-        let sigma = |fit: &Result<FeatureFit, String>| match fit {
-            Ok(fit) => figures::length(fit.sigma_dev, unit, words),
-            Err(_) => NONE.to_owned(),
-        };
-        let (before, after) = (&feature.before, &feature.after);
-        row(ui, [clean(&feature.name), d_r(before), d_r(after), sigma(before), sigma(after)], false);
-        if let Err(why) = after {
+        for (key, fit) in [("merge.before", &feature.before), ("merge.after", &feature.after)] {
+            let name = if key == "merge.before" { clean(&feature.name) } else { String::new() };
+            let cells = match fit {
+                Ok(fit) => {
+                    let d_r = feature.d_r(fit);
+                    let d_r = d_r.map_or_else(|| NONE.to_owned(), |d| figures::with_u(d.d_r, d.u, unit, words));
+                    [d_r, figures::length(fit.sigma_dev, unit, words), words.thousands(fit.points)]
+                }
+                Err(_) => [NONE; 3].map(str::to_owned),
+            };
+            let [d_r, sigma, points] = cells;
+            row_ui(ui, [name, words.text(key).to_owned(), d_r, sigma, points], false, scope);
+        }
+        if let Err(why) = &feature.after {
             let values = [("feature", feature.name.clone()), ("why", words.library(why).into_owned())];
             notes.push(words.fill("merge.does_not_fit", &values.each_ref().map(|(key, value)| (*key, value.as_str()))));
         } else if let Some((radius, u)) = feature.certified {
-            let values = [
-                ("feature", feature.name.clone()),
-                ("r", figures::length(radius, unit, words)),
-                ("u", figures::with_unit(u, unit, words)),
-            ];
-            notes.push(certificate(&values, words));
+            let u = format!("{} {}", figures::as_given(u, words), figures::unit(unit));
+            let values = [("r", figures::as_given(radius, words)), ("u", u)];
+            notes.push(words.fill("merge.certificate", &values.each_ref().map(|(key, value)| (*key, value.as_str()))));
         }
     }
+    notes.dedup();
     notes.iter().for_each(|note| line_ui(ui, note, scope));
 }
 
-fn certificate(values: &[(&str, String); 3], words: &Words) -> String {
-    words.fill("merge.certificate", &values.each_ref().map(|(key, value)| (*key, value.as_str())))
+/// A row of the table of features: name, before or after, and three numbers.
+fn row_ui(ui: &mut Ui, cells: [String; 5], is_head: bool, scope: &Scope) {
+    const ROW: f32 = 22.0;
+    let theme = scope.theme;
+    let width = ui.available_width() - 12.0;
+    let (at, _) = ui.allocate_exact_size(vec2(width, ROW), Sense::hover());
+    let (font, colour) = match is_head {
+        true => (fonts::semibold as fn(f32) -> egui::FontId, theme.quiet),
+        false => (fonts::mono as fn(f32) -> egui::FontId, theme.text),
+    };
+    let points = if is_head { size::NOTE } else { size::TABLE };
+    let name_width = 0.24 * width;
+    let [name, rest @ ..] = cells;
+    let place = at.with_max_x(at.left() + name_width - 4.0);
+    write::line(ui, place, Align2::LEFT_CENTER, &name, fonts::semibold(points), colour);
+    let mut left = at.left() + name_width;
+    for (k, (cell, share)) in rest.iter().zip(SHARES).enumerate() {
+        let right = left + share * (width - name_width);
+        let place = Rect::from_min_max(pos2(left + 4.0, at.top()), pos2(right, at.bottom()));
+        let font = if k == 0 { fonts::regular } else { font };
+        let align = if k == 0 { Align2::LEFT_CENTER } else { Align2::RIGHT_CENTER };
+        let points = write::fitting_size(ui, cell, font, place.width(), points, 9.0);
+        write::line(ui, place, align, cell, font(points), colour);
+        left = right;
+    }
+    ui.painter().hline(at.x_range(), at.bottom(), Stroke::new(1.0, theme.raised));
 }

@@ -75,11 +75,12 @@ fn switch_ui(ui: &mut Ui, at: Rect, merging: &Merging, view: &mut MergeView, sco
     for (cloud, key) in [(Cloud::Measured, "merge.measured"), (Cloud::Merged, "merge.merged")] {
         let text = words.text(key);
         let most = (0.5 * at.width()).max(40.0);
-        let wide = (write::width(ui, text, fonts::semibold(size::TABLE)) + 18.0).min(most);
+        let points = write::fitting_size(ui, text, fonts::semibold, most - 6.0, size::TABLE, 9.0);
+        let wide = (write::width(ui, text, fonts::semibold(points)) + 18.0).min(most);
         let place = Rect::from_min_size(pos2(x, at.center().y - 13.0), vec2(wide, 26.0));
         let can = cloud == Cloud::Measured || merging.done.is_some();
         let chosen = view.cloud == cloud;
-        let text = RichText::new(text).font(fonts::semibold(size::TABLE));
+        let text = RichText::new(text).font(fonts::semibold(points));
         let button = ui.scope(|ui| {
             ui.spacing_mut().button_padding.x = 2.0;
             let builder = egui::UiBuilder::new().max_rect(place);

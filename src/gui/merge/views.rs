@@ -1,9 +1,9 @@
 //! The list of views: points, residuals, how far moved, or why left out; and what is known of the chosen one in words.
 
-use super::facts::{Merging, ViewsState};
+use super::facts::Merging;
 use super::figures::{self, NONE};
 use super::state::MergeView;
-use crate::diagnostic::Severity;
+use super::told::{states_ui, told_ui};
 use crate::geometry::LengthUnit;
 use crate::gui::fonts;
 use crate::gui::messages::sentence;
@@ -12,14 +12,14 @@ use crate::gui::scope::Scope;
 use crate::gui::text::Words;
 use crate::gui::theme::size;
 use crate::gui::widgets::sign::Sign;
-use crate::gui::widgets::{cards, sign, words as write};
+use crate::gui::widgets::{cards, words as write};
 use crate::stitch::register::Placed;
 use crate::stitch::{MergeResult, PointCounts, ViewEnd};
 use egui::{Align2, FontId, Rect, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
 /// Height of a title, a head, a row, and what is told of the chosen view.
 const TITLE: f32 = 38.0;
-const HEAD: f32 = 22.0;
+const HEAD: f32 = 36.0;
 const ROW: f32 = 26.0;
 const TOLD: f32 = 96.0;
 
@@ -142,9 +142,12 @@ const COLUMNS: [Column; 7] = [
         row.agreement.map_or_else(|| NONE.to_owned(), |a| figures::percent(a, words))
     }),
     ("rms", 52.0, |row, unit, words| of_length(row.rms, unit, words)),
-    ("merge.moved", 56.0, |row, unit, words| of_length(row.moved, unit, words)),
+    ("merge.moved", 70.0, |row, unit, words| of_length(row.moved, unit, words)),
     ("u", 48.0, |row, unit, words| of_length(row.place_u, unit, words)),
 ];
+
+/// The columns that count points: what of stands over them.
+const COUNTS: [&str; 3] = ["merge.read", "merge.kept", "merge.in_cloud"];
 
 /// The columns that have room: read, agreement, u and moved give way in that order.
 fn columns(width: f32) -> Vec<&'static Column> {
@@ -181,15 +184,20 @@ pub fn views_ui(ui: &mut Ui, at: Rect, merging: &Merging, view: &mut MergeView, 
     let below = list.with_min_y(list.top() + HEAD);
     let mut chosen = view.chosen;
     ui.scope_builder(egui::UiBuilder::new().max_rect(below), |ui| {
-        ScrollArea::vertical().id_salt("views").auto_shrink(false).show_rows(ui, ROW - 3.0, rows.len(), |ui, range| {
-            ui.spacing_mut().item_spacing.y = 3.0;
-            for k in range {
-                let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), ROW - 3.0), Sense::hover());
-                if row_ui(ui, rect, k, &rows[k], &columns, (unit, view.chosen == Some(k)), scope) {
-                    chosen = if view.chosen == Some(k) { None } else { Some(k) };
+        ScrollArea::vertical().id_salt("views").auto_shrink(false).min_scrolled_height(0.0).show_rows(
+            ui,
+            ROW - 3.0,
+            rows.len(),
+            |ui, range| {
+                ui.spacing_mut().item_spacing.y = 3.0;
+                for k in range {
+                    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), ROW - 3.0), Sense::hover());
+                    if row_ui(ui, rect, k, &rows[k], &columns, (unit, view.chosen == Some(k)), scope) {
+                        chosen = if view.chosen == Some(k) { None } else { Some(k) };
+                    }
                 }
-            }
-        });
+            },
+        );
     });
     view.chosen = chosen;
     let told = body.with_min_y(body.bottom() - told_height);
@@ -206,18 +214,31 @@ fn used(rows: &[Row], merging: &Merging, words: &Words) -> Option<String> {
 fn head_ui(ui: &mut Ui, at: Rect, columns: &[&Column], unit: LengthUnit, scope: &Scope) {
     let (theme, words) = (scope.theme, scope.words);
     let font = fonts::semibold(size::NOTE);
-    let name = at.with_min_x(at.left() + 24.0);
+    let lower = at.with_min_y(at.bottom() - 20.0);
+    let name = lower.with_min_x(at.left() + 24.0);
     write::line(ui, name, Align2::LEFT_CENTER, words.text("merge.view"), font.clone(), theme.quiet);
     let mut right = at.right() - 10.0;
+    let mut counts: Option<Rect> = None;
     for (key, wide, _) in columns.iter().rev() {
         let text = match *key {
-            "rms" | "u" => format!("{key} {}", figures::unit(unit)),
+            "rms" | "u" | "merge.moved" => {
+                let name = if key.contains('.') { words.text(key) } else { key };
+                format!("{name} {}", figures::unit(unit))
+            }
             key => words.text(key).to_owned(),
         };
-        let place = Rect::from_min_max(pos2(right - wide + 4.0, at.top()), pos2(right, at.bottom()));
+        let place = Rect::from_min_max(pos2(right - wide + 4.0, lower.top()), pos2(right, lower.bottom()));
         let points = write::fitting_size(ui, &text, fonts::semibold, place.width(), size::NOTE, 11.0);
         write::line(ui, place, Align2::RIGHT_CENTER, &text, FontId::new(points, font.family.clone()), theme.quiet);
+        if COUNTS.contains(key) {
+            counts = Some(counts.map_or(place, |all| all.union(place)));
+        }
         right -= wide;
+    }
+    if let Some(counts) = counts {
+        let over = Rect::from_min_max(pos2(counts.left() + 10.0, at.top()), pos2(counts.right(), lower.top()));
+        write::line(ui, over, Align2::CENTER_CENTER, words.text("merge.points"), font, theme.quiet);
+        ui.painter().hline(over.x_range(), over.bottom(), Stroke::new(1.0, theme.stroke));
     }
     ui.painter().hline(at.x_range(), at.bottom() - 0.5, Stroke::new(1.0, theme.stroke));
 }
@@ -275,116 +296,4 @@ fn said(row: &Row, words: &Words) -> String {
     }
     let [read, kept, cloud] = [row.read, row.kept, row.cloud].map(|n| count(n, words));
     words.fill("merge.row", &[("view", &short(&row.name)), ("read", &read), ("kept", &kept), ("cloud", &cloud)])
-}
-
-/// What is known of the chosen view, or of those that are left out, in sentences.
-fn told_ui(
-    ui: &mut Ui,
-    at: Rect,
-    rows: &[Row],
-    merging: &Merging,
-    chosen: Option<usize>,
-    unit: LengthUnit,
-    scope: &Scope,
-) {
-    let words = scope.words;
-    let mut lines: Vec<(String, bool)> = Vec::new();
-    match chosen.and_then(|k| rows.get(k)) {
-        Some(row) => lines.extend(sentences(row, unit, words).into_iter().map(|text| (text, false))),
-        None => {
-            for row in rows {
-                if let Some(why) = &row.left_out {
-                    let title = words.fill("merge.left_out", &[("view", &short(&row.name))]);
-                    lines.push((format!("{title} {}", full_stop(why)), true));
-                }
-            }
-            let weak = rows.iter().filter(|row| !row.weak.is_empty()).count();
-            if weak > 0 {
-                lines.push((words.count("merge.weak", weak), true));
-            }
-            if let Some(fault) = merging.preview().and_then(|preview| preview.no_poses.as_ref()) {
-                lines.push((words.with_help(&sentence(fault, words), fault.help.as_deref()), true));
-            }
-            lines.push((words.text("merge.choose_a_view").to_owned(), false));
-        }
-    }
-    lines_ui(ui, at, "told", &lines, scope);
-}
-
-/// Sentences below each other, those that people must see with a sign.
-pub fn lines_ui(ui: &mut Ui, at: Rect, id: &str, lines: &[(String, bool)], scope: &Scope) {
-    let theme = scope.theme;
-    ui.scope_builder(egui::UiBuilder::new().max_rect(at), |ui| {
-        ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, |ui| {
-            ui.spacing_mut().item_spacing.y = 3.0;
-            for (text, warns) in lines {
-                ui.horizontal_top(|ui| {
-                    if *warns {
-                        let (mark, _) = ui.allocate_exact_size(vec2(16.0, 16.0), Sense::hover());
-                        sign::problem(ui.painter(), mark, false, theme);
-                    }
-                    let text = egui::RichText::new(text).font(fonts::regular(size::TABLE)).color(theme.text);
-                    ui.add(egui::Label::new(text).wrap());
-                });
-            }
-        });
-    });
-}
-
-fn full_stop(text: &str) -> String {
-    if text.ends_with('.') { text.to_owned() } else { format!("{text}.") }
-}
-
-/// All that is known of a view.
-fn sentences(row: &Row, unit: LengthUnit, words: &Words) -> Vec<String> {
-    let view = short(&row.name);
-    if let Some(why) = &row.left_out {
-        return vec![format!("{} {}", words.fill("merge.left_out", &[("view", &view)]), full_stop(why))];
-    }
-    let mut all = Vec::new();
-    if let (Some(read), Some(kept)) = (row.read, row.kept) {
-        let share = figures::percent(1.0 - kept as f64 / read.max(1) as f64, words);
-        let (read, kept) = (words.thousands(read), words.thousands(kept));
-        let values = [("view", view.as_str()), ("read", &read), ("kept", &kept), ("masked", &share)];
-        all.push(words.fill("merge.told_points", &values));
-    }
-    if let Some(agreement) = row.agreement {
-        let rms = row.rms.map_or_else(|| NONE.to_owned(), |rms| figures::with_unit(rms, unit, words));
-        let values = [("agreement", figures::percent(agreement, words)), ("rms", rms)];
-        all.push(words.fill("merge.told_overlap", &values.each_ref().map(|(key, value)| (*key, value.as_str()))));
-    }
-    if let (Some(moved), Some(turned)) = (row.moved, row.turned) {
-        let u = row.place_u.map_or_else(|| NONE.to_owned(), |u| figures::with_unit(u, unit, words));
-        let (moved, turned) = (figures::with_unit(moved, unit, words), words.number(turned.to_degrees(), 3));
-        all.push(words.fill("merge.told_moved", &[("moved", &moved), ("deg", &turned), ("u", &u)]));
-    }
-    all.extend(row.weak.iter().map(|weak| full_stop(weak)));
-    all
-}
-
-/// What stands where there are no views yet: what is read, or what is wrong.
-fn states_ui(ui: &mut Ui, at: Rect, merging: &Merging, scope: &Scope) {
-    let words = scope.words;
-    let mut lines: Vec<(String, bool)> = Vec::new();
-    for problem in &merging.problems {
-        let told = words.with_help(&sentence(problem, words), problem.help.as_deref());
-        let text = match problem.line {
-            Some(line) => words.fill("merge.in_line", &[("line", &line.to_string()), ("what", &told)]),
-            None => told,
-        };
-        lines.push((text, problem.severity == Severity::Error));
-    }
-    match &merging.views {
-        ViewsState::Failed(fault) => {
-            lines.push((words.with_help(&sentence(fault, words), fault.help.as_deref()), true))
-        }
-        ViewsState::Reading(Some((index, of, name))) => {
-            let (n, of) = (words.thousands(*index), words.thousands(*of));
-            lines.push((words.fill("merge.reading", &[("n", &n), ("of", &of), ("name", name)]), false));
-        }
-        ViewsState::Reading(None) => lines.push((words.text("merge.reading_settings").to_owned(), false)),
-        ViewsState::None => lines.push((words.text("merge.mend_and_read_again").to_owned(), false)),
-        ViewsState::Ready(_) => {}
-    }
-    lines_ui(ui, at, "states", &lines, scope);
 }

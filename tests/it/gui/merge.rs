@@ -1,6 +1,8 @@
 //! The merge screen over the real worker: views listed, masks set, merged, stopped, and what is said of faults.
 
 use super::super::merge::Views;
+use super::super::project::run_in;
+use super::super::wear::{add, dataset};
 use super::names::assert_shown_named;
 use super::*;
 use shapeline::gui::merge::{Cloud, Command, ViewsState};
@@ -46,7 +48,7 @@ fn a_file_of_a_merge_opens_its_screen_and_lists_the_views() {
     for k in 0..3 {
         assert!(window.shows(&format!("view_{k:02}: 3,600 read, 3,600 kept, – in the cloud")), "{k}");
     }
-    assert!(window.says("of 10,800 points stay") && window.says("Figures are of all points"));
+    assert!(window.says("of 10,800 points kept by the masks") && window.says("Figures are of all points"));
     assert!(window.shows("Nothing is written until Merge is pressed."));
     assert!(!views.path("merged.ply").exists());
     // Another screen and back with the keyboard.
@@ -130,14 +132,17 @@ fn a_merge_that_is_stopped_leaves_nothing_and_what_was_merged_before_stays() {
     window.wait("the merge has ended", |app| matches!(app.facts().job, Job::Idle));
     let merging = window.app().facts().merging.clone().expect("a merge is open");
     assert!(merging.done.is_none() && merging.fault.is_none());
+    assert!(window.shows("The merge was stopped before its end: nothing of it was written."));
     assert!(!views.path("merged.ply").exists() && !views.path("merged.json").exists());
     merge(&mut window);
+    assert!(!window.says("stopped before its end"), "this one was not");
     let bytes = std::fs::read(views.path("merged.ply")).expect("merged");
     window.ask(Action::Merge(Command::Merge));
     assert!(window.shows("Stop merging"));
     window.harness.key_press(egui::Key::Escape);
     window.wait("the merge has ended", |app| matches!(app.facts().job, Job::Idle));
     assert!(window.app().facts().merging.as_ref().expect("open").done.is_some());
+    assert!(window.says("The last merge was stopped before its end and wrote nothing"));
     assert_eq!(std::fs::read(views.path("merged.ply")).expect("merged"), bytes);
 }
 
@@ -148,7 +153,7 @@ fn a_view_that_cannot_be_used_is_named_and_the_others_are_merged() {
     let mut window = over(&views, [1920.0, 1080.0]);
     assert!(window.shows("view_01: left out") && window.says("view_01 is left out."));
     merge(&mut window);
-    assert!(window.shows("view_01: left out") && window.shows("2 of 3 used"));
+    assert!(window.shows("view_01: left out") && window.shows("2 of 3 views used"));
     let done = window.app().facts().merging.as_ref().and_then(|m| m.done.clone()).expect("merged");
     assert_eq!(done.job.result.left_out().count(), 1);
     // The command line says the same of it.
@@ -170,7 +175,12 @@ fn settings_with_errors_say_what_is_wrong_and_are_read_again_when_mended() {
     ran.assert_ended(2, &[]);
     for problem in &merging.problems {
         assert!(window.says(&problem.message), "{}", problem.message);
+        // Its place stands before it, once.
+        let line = problem.line.expect("it stands in a line");
+        assert!(window.says(&format!("Line {line}: {}", problem.message)), "{}", problem.message);
     }
+    let file = views.path("merge.toml").display().to_string();
+    assert!(!window.says(&format!("{file}:")), "the name of the file stands over the list");
     assert!(window.says("The settings have errors"));
     assert_shown_named(&window, "settings with errors");
     window.ask(Action::Merge(Command::Merge));
@@ -201,7 +211,7 @@ fn a_feature_is_studied_and_its_suggestion_taken() {
     let views = Views::new();
     views.settings("[[feature]]\nkind = \"plane\"\nname = \"sheet\"\n");
     let mut window = over(&views, [1920.0, 1080.0]);
-    assert!(window.says("sigma_dev, without masks"));
+    assert!(window.says("sigma_dev about sheet"));
     window.wait("the study is done", |app| {
         let merging = app.facts().merging.as_ref().expect("open");
         matches!(merging.study, shapeline::gui::merge::StudyState::Done(..))
@@ -210,7 +220,7 @@ fn a_feature_is_studied_and_its_suggestion_taken() {
     let shapeline::gui::merge::StudyState::Done(study, every) = &merging.study else { panic!("it is done") };
     assert_eq!((*every, study.points), (1, ALL));
     // It is the study of the command line, in whose table every threshold stands.
-    let ran = super::super::project::run_in(views.path("").as_path(), ["mask-study", "merge.toml"]);
+    let ran = run_in(views.path("").as_path(), ["mask-study", "merge.toml"]);
     assert!([Some(0), Some(1)].contains(&ran.code), "{ran:?}");
     let csv = std::fs::read_to_string(views.path("mask-study.csv")).expect("the table");
     for step in study.curves.iter().flat_map(|curve| &curve.steps) {
@@ -292,4 +302,46 @@ fn masks_are_kept_in_the_file_only_while_the_engineers_lock_is_open() {
     assert!(window.app().facts().merging.as_ref().expect("open").is_changed());
     merge(&mut window);
     assert!(window.app().facts().merging.as_ref().expect("open").done.is_some());
+}
+
+#[test]
+fn a_slider_whose_mask_is_not_set_says_so() {
+    let views = Views::new();
+    views.settings("[mask]\nd_cal = { max = 150.0 }\n");
+    let mut window = over(&views, [1280.0, 800.0]);
+    for [set, not_set] in
+        [["d_cal at most", "sigma_i at least, off"], ["Threshold of d_cal", "Threshold of sigma_i, off"]]
+    {
+        assert!(window.shows(set) && window.shows(not_set), "{set}, {not_set}");
+    }
+    assert!(window.shows("off") && window.says("keeps "));
+    window.ask(Action::Merge(Command::Mask(Metric::PhaseShiftVariation, Some(0.006))));
+    window.harness.run_steps(2);
+    assert!(window.shows("sigma_i at least") && !window.shows("sigma_i at least, off"));
+}
+
+#[test]
+fn d_r_is_told_to_a_tenth_of_its_uncertainty_and_the_move_of_wear_as_the_report_has_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (old, new) = (folder.path().join("old"), folder.path().join("new"));
+    dataset(&old, 1, false);
+    dataset(&new, 1, true);
+    assert_eq!(run_in(folder.path(), ["merge", "old/merge.toml", "--quiet"]).code, Some(0));
+    let settings = new.join("merge.toml");
+    add(&settings, "report = \"merge.json\"\n", "compare_with = \"../old/merged.ply\"\n");
+    let mut window = Window::open(Setup { plan: Some(settings), ..Setup::default() }, [1920.0, 1080.0]);
+    merge(&mut window);
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(new.join("merge.json")).expect("a report")).expect("JSON");
+    let moved = report["wear"]["moved"].as_f64().expect("it was compared");
+    assert!(window.says(&format!("The best fit moved the cloud by up to {moved:.1} µm: wear that is even")));
+    let after = &report["features"][0]["after"];
+    let [d_r, radius_u] = ["d_r", "radius_u"].map(|key| after[key].as_f64().expect("it fits"));
+    // The certificate's standard uncertainty is 0.7 µm, the fit's less: two digits of both together are hundredths.
+    let u = radius_u.hypot(0.7);
+    assert!(u < 1.0, "{u}");
+    let sign = if d_r < 0.0 { "\u{2212}" } else { "+" };
+    let told = format!("{sign}{:.2} ± {u:.2}", d_r.abs());
+    assert!(window.shows(&told), "{told}");
+    assert!(window.says("radius fitted less certified, 1001.5 ± 0.7 µm"));
 }
