@@ -559,7 +559,9 @@ fn check(fit: &SoftEdgeFit<Edge>, search_mm: f64, card: &mut Card) -> Result<(),
     }
     let spacings = fit.outline.length_mm() / spacing;
     if !card.at_least("length of the edge in point spacings", "", spacings, LEAST_SPACINGS) {
-        return not(format!("the edge is {spacings:.0} point spacings long here, {LEAST_SPACINGS:.0} are needed"));
+        // Rounded down, so that it reads as less than what is needed.
+        let spacings = (10.0 * spacings).floor() / 10.0;
+        return not(format!("the edge is {spacings:.1} point spacings long here, {LEAST_SPACINGS:.0} are needed"));
     }
     let angle = fit.outline.slope.atan().to_degrees().abs();
     if !card.at_most("turn of the edge against the CAD's", "deg", angle, MOST_TURNED.atan().to_degrees()) {
