@@ -8,6 +8,7 @@ use super::scope::Scope;
 use super::theme::size;
 use super::widgets::cards;
 use crate::diagnostic::Diagnostic;
+use crate::io::ply_has_faces;
 use egui::{Align2, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
@@ -89,7 +90,11 @@ pub(super) fn for_files(files: Vec<PathBuf>, fresh: bool) -> Action {
         return Action::Open(plan.clone());
     }
     let cad = files.iter().find(|path| CADS.contains(&&*ending(path))).cloned();
-    let scan = files.iter().find(|path| SCANS.contains(&&*ending(path))).cloned();
+    // Without a plan nobody has said yet what is what: a PLY of triangles is the CAD, unless there is another one.
+    let mesh = |path: &&PathBuf| fresh && ending(path) == "ply" && ply_has_faces(path);
+    let cad = cad.or_else(|| files.iter().find(mesh).cloned());
+    let scans = files.iter().filter(|path| SCANS.contains(&&*ending(path)) && Some(*path) != cad.as_ref());
+    let scan = scans.cloned().next();
     if cad.is_some() || (fresh && scan.is_some()) {
         return Action::NewPlan(Command::Start { cad, scan });
     }
@@ -178,5 +183,28 @@ mod tests {
         };
         assert_eq!(of(&["a.ply", "part.STL"]), start(Some("part.STL"), Some("a.ply")));
         assert_eq!(for_files(paths(&["a.ply"]), true), start(None, Some("a.ply")));
+    }
+
+    #[test]
+    fn a_ply_of_triangles_is_a_cad_where_there_is_no_plan() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, faces: usize| {
+            let path = folder.path().join(name);
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nelement face {faces}\n\
+                 property list uchar int vertex_indices\nend_header\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let (mesh, cloud) = (write("b.ply", 1), write("a.ply", 0));
+        let start = |cad: Option<&PathBuf>, scan: Option<&PathBuf>| {
+            Action::NewPlan(Command::Start { cad: cad.cloned(), scan: scan.cloned() })
+        };
+        assert_eq!(for_files(vec![mesh.clone()], true), start(Some(&mesh), None));
+        assert_eq!(for_files(vec![cloud.clone(), mesh.clone()], true), start(Some(&mesh), Some(&cloud)));
+        let other = folder.path().join("c.stl");
+        assert_eq!(for_files(vec![other.clone(), mesh.clone()], true), start(Some(&other), Some(&mesh)));
+        assert_eq!(for_files(vec![mesh.clone()], false), Action::Inspect(vec![mesh]));
     }
 }

@@ -43,6 +43,16 @@ pub const LARGEST_COORDINATE_MM: f64 = 1e6;
 /// What is read, and hashed, between two looks at whether the job was cancelled, bytes.
 const PIECE: usize = 1 << 22;
 
+/// Whether a file is a PLY whose header tells of faces: a mesh, as a CAD is. A file that cannot be read has none.
+pub fn ply_has_faces(path: &Path) -> bool {
+    /// No header is longer by honest means.
+    const HEADER: u64 = 1 << 16;
+    let mut start = Vec::new();
+    let plain = std::fs::metadata(path).is_ok_and(|file| file.is_file());
+    let read = plain && std::fs::File::open(path).and_then(|file| file.take(HEADER).read_to_end(&mut start)).is_ok();
+    read && ply::has_faces(&start)
+}
+
 /// The whole of a plain file. Pipes and devices, which might never end, are refused before they are opened, and no more
 /// is read than the file held when it was opened.
 ///

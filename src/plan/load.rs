@@ -14,7 +14,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest plan, bytes.
 pub(super) const LARGEST_PLAN: u64 = 1 << 20;
@@ -109,6 +109,7 @@ fn read_root(
     }
     let alignment_line = alignment_line(&root);
     sections::finish(root);
+    let cad = cad.and_then(CadRead::settings);
     let named = features.len();
     let features: Vec<Feature> = features.into_iter().filter_map(|f| f.feature).collect();
     let rig_is_sound = rig.is_some();
@@ -116,8 +117,8 @@ fn read_root(
         path: path.to_path_buf(),
         sha256: sha256_hex(&[bytes, &comparison_bytes, &of_views.bytes]),
         part,
-        cad: cad.and_then(CadRead::settings),
-        scans: scans.map(|(scans, _)| scans),
+        scans: scans.map(|(scans, _)| ScanSettings { cad: cad.as_ref().map(|cad| cad.path.clone()), ..scans }),
+        cad,
         // A missing feature would shift the places that the alignment refers to.
         alignment: alignment.filter(|_| features.len() == named),
         alignment_line,
@@ -174,6 +175,30 @@ fn tell_missing_files(cad: Option<&CadRead>, scans: Option<&(ScanSettings, usize
         let message = format!("[scans] folder: found no folder {}", scans.path.display());
         problems.warning(*line, message, "make the folder, or name the scans on the command line");
     }
+    if let Some((scans, line)) = scans
+        && let Some(path) = cad.and_then(CadRead::path)
+        && takes(scans, path)
+    {
+        let file = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+        let message =
+            format!("[scans] pattern \"{}\" takes {file}, too, which is the plan's CAD; it is left out", scans.pattern);
+        problems.warning(*line, message, "keep the CAD in another folder, or give a pattern that scans alone have");
+    }
+}
+
+/// Whether a file lies in the folder of scans under such a name.
+fn takes(scans: &ScanSettings, file: &Path) -> bool {
+    let name = file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+    let same_folder = || match (file.parent().map(canonical), canonical(&scans.path)) {
+        (Some(Some(folder)), Some(scans)) => folder == scans,
+        _ => false,
+    };
+    scans.views.is_none() && glob::Pattern::new(&scans.pattern).is_ok_and(|p| p.matches(&name)) && same_folder()
+}
+
+fn canonical(folder: &Path) -> Option<PathBuf> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    std::fs::canonicalize(folder).ok()
 }
 
 /// What `[scans] views` names, beside the settings in it.

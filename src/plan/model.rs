@@ -136,6 +136,8 @@ pub struct ScanSettings {
     pub path: PathBuf,
     /// File name pattern with `*` and `?`.
     pub pattern: String,
+    /// The plan's CAD file, resolved, which is never a scan.
+    pub cad: Option<PathBuf>,
     /// Unit of the scans.
     pub unit: LengthUnit,
     /// Their order.

@@ -108,6 +108,7 @@ impl SyntheticPart {
                 folder: "scans".into(),
                 path: PathBuf::from("scans"),
                 pattern: "*.ply".into(),
+                cad: None,
                 unit: LengthUnit::Mm,
                 order: ScanOrder::Name,
                 taken: Taken::None,

@@ -127,6 +127,9 @@ impl Examiner {
     ) -> Result<Examined, Cancelled> {
         let Loaded { content, sha256, .. } = loaded;
         run.enter(Stage::Read)?;
+        if sha256 == self.part.cad_sha256 {
+            return Ok(Examined::Done(Box::new(self.refuse(scan, Some(sha256), cad_as_scan()))));
+        }
         let (cloud, of_views) = match self.read(scan, content, wait_for_rest, run) {
             Ok(read) => read,
             Err(ReadError::Cancelled(cancelled)) => return Err(cancelled),
@@ -212,6 +215,14 @@ pub(super) fn identity_of(plan: &Plan, part: &Part, scan: &Path, scan_sha256: Op
         scan_sha256,
         scan_taken: taken(&plan.scans.taken, scan).ok().flatten(),
     }
+}
+
+/// The CAD lies perfectly on itself: it would pass, and no part was seen.
+pub(super) fn cad_as_scan() -> Refusal {
+    Refusal::new(
+        "the file has the content of the CAD file, expected points that were measured",
+        "take the CAD out of the scans, or name the CAD's own file in [cad] if a scan stands there",
+    )
 }
 
 /// A file's fault as the reason of a refused scan. Its folder is left out: the same scan gives the same report

@@ -1,6 +1,6 @@
 //! What can be told of a CAD and of a scan before there is a plan: for who makes one.
 
-use super::examine::prepare_cad;
+use super::examine::{cad_as_scan, prepare_cad};
 use crate::diagnostic::{Diagnostic, ReadError, Stop};
 use crate::geometry::LengthUnit;
 use crate::io;
@@ -123,6 +123,10 @@ pub fn look_at_scan(
 ) -> Result<ScanLook, ReadError> {
     run.enter(Stage::Read)?;
     let bytes = io::read_file(path)?;
+    if io::sha256_of(&bytes, run)? == part.cad_sha256 {
+        let refusal = cad_as_scan();
+        return Err(Diagnostic::error(refusal.reason).in_file(path).with_help(refusal.help).into());
+    }
     let mut unit_read = unit.unwrap_or(LengthUnit::Mm);
     let mut cloud = io::read_cloud(&bytes, path, unit_read, run)?;
     let suspicion = check_raw_scale(&cloud.positions, part.diagonal_mm());
@@ -228,6 +232,22 @@ mod tests {
         // Written as float32: 1.5 is exact.
         assert!((told.thickness_mm.unwrap() - 1.5).abs() < 1e-9, "{:?}", told.thickness_mm);
         assert_eq!(told.part.cad_side, CadSide::Solid);
+    }
+
+    #[test]
+    fn the_cad_is_no_scan_of_itself() {
+        let run = RunContext::silent();
+        let folder = tempfile::tempdir().unwrap();
+        let [cad, copy] = ["cad.ply", "scan.ply"].map(|name| folder.path().join(name));
+        let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                    element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+                    0 0 0\n90 0 0\n90 60 0\n0 60 0\n3 0 1 2\n3 0 2 3\n";
+        fs::write(&cad, text).unwrap();
+        fs::write(&copy, text).unwrap();
+        assert!(io::ply_has_faces(&cad) && !io::ply_has_faces(&demo("scans/01_good_top.ply")));
+        let look = look_at_cad(&cad, None, &run).unwrap();
+        let Err(ReadError::Bad(told)) = look_at_scan(&copy, None, &look.part, &run) else { panic!("it is refused") };
+        assert!(told.message.contains("the content of the CAD file"), "{told}");
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub enum Links {
 pub(super) const MATCHING: glob::MatchOptions =
     glob::MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: true };
 
-/// Lists the scans of the plan's folder, in the plan's order; of a plan with views the folders of parts, each as one scan. Files that end in `.part` are still being written and
+/// Lists the scans of the plan's folder, in the plan's order; of a plan with views the folders of parts, each as one scan. The plan's CAD is none. Files that end in `.part` are still being written and
 /// are left out.
 pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, Diagnostic> {
     let pattern = glob::Pattern::new(&settings.pattern)
@@ -38,6 +38,9 @@ pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, 
             continue;
         }
         let path = entry.path();
+        if is_cad(settings, &path) {
+            continue;
+        }
         if settings.views.is_some() {
             // One part a folder; a link to one is left alone where links are.
             let is_link = || std::fs::symlink_metadata(&path).is_ok_and(|m| m.is_symlink());
@@ -57,6 +60,15 @@ pub fn list_scans(settings: &ScanSettings, links: Links) -> Result<Vec<Listed>, 
     }
     sort(&mut files, settings.order);
     Ok(files)
+}
+
+/// Whether a file is the plan's CAD. A copy of that under another name is told by its content when it is read.
+fn is_cad(settings: &ScanSettings, file: &Path) -> bool {
+    let Some(cad) = settings.cad.as_deref().filter(|cad| cad.file_name() == file.file_name()) else { return false };
+    match (std::fs::canonicalize(cad), std::fs::canonicalize(file)) {
+        (Ok(cad), Ok(file)) => cad == file,
+        _ => false,
+    }
 }
 
 /// Puts files into the plan's order.
@@ -108,7 +120,7 @@ mod tests {
     #[test]
     fn listing_takes_the_pattern_and_leaves_parts_and_folders() {
         let dir = tempfile::tempdir().unwrap();
-        for name in ["b.ply", "a.ply", "c.ply.part", "d.txt", "._a.ply"] {
+        for name in ["b.ply", "a.ply", "c.ply.part", "d.txt", "._a.ply", "part.ply"] {
             std::fs::write(dir.path().join(name), b"x").unwrap();
         }
         std::fs::create_dir(dir.path().join("e.ply")).unwrap();
@@ -116,6 +128,7 @@ mod tests {
             folder: "x".into(),
             path: dir.path().to_path_buf(),
             pattern: "*.p*y*".into(),
+            cad: Some(dir.path().join(".").join("part.ply")),
             unit: crate::plan::LengthUnit::Mm,
             order: ScanOrder::Name,
             taken: Taken::None,

@@ -5,6 +5,7 @@
 mod accuracy;
 mod axis_reading;
 mod best_fit_alignment;
+mod cad_as_scan;
 mod cad_sides;
 mod cli;
 mod common_errors;

@@ -25,6 +25,11 @@ pub fn read_cloud(bytes: &[u8], lengths: Lengths, run: &RunContext) -> Result<Po
     Ok(std::mem::take(&mut body.cloud))
 }
 
+/// Whether a header tells of faces.
+pub fn has_faces(start: &[u8]) -> bool {
+    header::parse(start).is_ok_and(|header| header.elements.iter().any(|e| e.name == "face" && e.count > 0))
+}
+
 /// Reads vertices and faces; a vertex that is not finite is refused.
 pub fn read_mesh(bytes: &[u8], mm_per_unit: f64, run: &RunContext) -> Result<Mesh, ReadError> {
     let bytes = format::without_mark(bytes);
