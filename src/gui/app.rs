@@ -16,13 +16,12 @@ use super::operator;
 use super::picture::Painter;
 use super::results::{self, ResultsView};
 use super::scope::{Scope, ViewState};
-use super::settings::{Counted, Settings};
+use super::settings::Settings;
 use super::text::Words;
 use super::theme::Theme;
 use super::{bar, dialog, fonts, hear, help, keys, messages, perform};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::worker::earlier::EarlierResults;
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -64,8 +63,6 @@ pub struct App {
     pub(super) reload: Option<PathBuf>,
     /// The watch that was stopped for that goes on by the new plan.
     pub(super) resume_watch: bool,
-    /// The scans of this shift by name and content, each with what it counts as.
-    pub(super) counted: HashMap<(String, String), Counted>,
     /// The warning in sight, since when it is, and the part that was the newest then.
     warned: Option<(Diagnostic, Instant, Option<Arc<FinishedPart>>)>,
     /// A plan in the making.
@@ -110,7 +107,6 @@ impl App {
             desk,
             reload: None,
             resume_watch: false,
-            counted: HashMap::new(),
             warned: None,
             new_plan: None,
             first_scan: None,

@@ -7,7 +7,6 @@ use super::earlier;
 use super::engineer;
 use super::facts::{Facts, FinishedPart, Job, RunningScan, Troubles, Unfinished, Wanted};
 use super::merge;
-use super::settings::Counted;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::inspect::{Inspected, InspectionResult, Outcome};
 use crate::run::Stage;
@@ -215,7 +214,8 @@ fn finished(
     (files, again): (Vec<PathBuf>, bool),
     took: Duration,
 ) {
-    count(app, &result);
+    app.settings.shift.count(&result);
+    app.keep_settings();
     let (Some(plan), Some(part)) = (app.facts.plan.clone(), app.facts.part.clone()) else { return };
     let Job::Running(running) = &mut app.facts.job else { return };
     running.done += 1;
@@ -258,23 +258,6 @@ fn lost(app: &mut App, result: Arc<InspectionResult>, scan: PathBuf) {
         running.scan = Some(RunningScan { index, path: scan, stage: None, since: Instant::now() });
     }
     finished(app, result, None, (Vec::new(), false), Duration::ZERO);
-}
-
-/// Counts a part for the shift, once: who runs a sequence again has not made more parts.
-fn count(app: &mut App, result: &InspectionResult) {
-    let now = Counted::of(&result.outcome);
-    let id = &result.identity;
-    // A scan that could not be read is counted by its name, until it can.
-    let unread = (id.scan_file.clone(), String::new());
-    let sha256 = id.scan_sha256.clone().unwrap_or_default();
-    let before = [app.counted.remove(&unread), app.counted.insert((id.scan_file.clone(), sha256), now)];
-    let shift = &mut app.settings.shift;
-    for before in before.into_iter().flatten() {
-        let count = shift.count_mut(before);
-        *count = count.saturating_sub(1);
-    }
-    *shift.count_mut(now) += 1;
-    app.keep_settings();
 }
 
 fn ended(app: &mut App, mut summary: SequenceSummary, (scans, came): (Option<Scans>, Vec<PathBuf>)) {

@@ -38,6 +38,7 @@ mod results;
 pub mod scene;
 mod scope;
 mod settings;
+mod shift;
 mod text;
 mod theme;
 mod widgets;

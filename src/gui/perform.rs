@@ -52,7 +52,6 @@ pub(super) fn action(app: &mut App, ctx: &egui::Context, action: Action) {
         Action::Takt(takt) => set_takt(app, takt),
         Action::NewShift => {
             app.settings.shift = Default::default();
-            app.counted.clear();
             app.keep_settings();
         }
         Action::Dismiss => app.facts.message = None,

@@ -1,8 +1,8 @@
 //! What the window keeps from one start to the next: a TOML file of its own in the user's configuration folder.
 
+use super::shift::{self, Shift};
 use super::text::Language;
 use crate::diagnostic::Diagnostic;
-use crate::inspect::{Outcome, Verdict};
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, Item, Table, value};
 
@@ -68,69 +68,6 @@ pub struct WindowPlace {
     pub maximized: bool,
 }
 
-/// The parts of a shift by what was said of them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct ShiftCounts {
-    /// Good ones.
-    pub pass: usize,
-    /// Bad ones.
-    pub fail: usize,
-    /// Ones that nothing can be said of.
-    pub undecided: usize,
-    /// Ones with a point that was not measured.
-    pub incomplete: usize,
-    /// Scans that were refused.
-    pub refused: usize,
-}
-
-/// As what a part is counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Counted {
-    /// Good.
-    Pass,
-    /// Bad.
-    Fail,
-    /// Nothing can be said of it.
-    Undecided,
-    /// A point of it was not measured.
-    Incomplete,
-    /// Its scan was refused.
-    Refused,
-}
-
-impl Counted {
-    /// What came of a part.
-    pub fn of(outcome: &Outcome) -> Self {
-        match outcome {
-            Outcome::Refused(_) => Counted::Refused,
-            Outcome::Measured(inspection) => match inspection.verdict {
-                Verdict::Pass => Counted::Pass,
-                Verdict::Undecided => Counted::Undecided,
-                Verdict::NotMeasured => Counted::Incomplete,
-                Verdict::Fail => Counted::Fail,
-            },
-        }
-    }
-}
-
-impl ShiftCounts {
-    /// The count of a kind.
-    pub fn count_mut(&mut self, kind: Counted) -> &mut usize {
-        match kind {
-            Counted::Pass => &mut self.pass,
-            Counted::Fail => &mut self.fail,
-            Counted::Undecided => &mut self.undecided,
-            Counted::Incomplete => &mut self.incomplete,
-            Counted::Refused => &mut self.refused,
-        }
-    }
-
-    /// All of them.
-    pub fn total(&self) -> usize {
-        self.pass + self.fail + self.undecided + self.incomplete + self.refused
-    }
-}
-
 /// All that is kept.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
@@ -147,7 +84,7 @@ pub struct Settings {
     /// Whether a run watches the folder.
     pub watch: bool,
     /// The counts since the shift began.
-    pub shift: ShiftCounts,
+    pub shift: Shift,
     /// The salted hash of the engineer's password, as a PHC string; `None` = none was set yet.
     pub password: Option<String>,
 }
@@ -187,10 +124,6 @@ impl Settings {
         let document = text.parse::<DocumentMut>().unwrap_or_default();
         let word = |key: &str| document.get(key).and_then(Item::as_str);
         let recent = document.get("recent").and_then(Item::as_array_of_tables);
-        let shift = |key: &str| {
-            let count = document.get("shift").and_then(|t| t.get(key)).and_then(Item::as_integer);
-            count.and_then(|n| usize::try_from(n).ok()).unwrap_or(0)
-        };
         Self {
             theme: ThemeChoice::ALL.into_iter().find(|t| word("theme") == Some(t.code())).unwrap_or_default(),
             language: Language::ALL.into_iter().find(|l| word("language") == Some(l.code())).unwrap_or_default(),
@@ -199,13 +132,7 @@ impl Settings {
             place: document.get("window").and_then(place_of),
             password: word(PASSWORD_KEY).map_or_else(|| password_line(text), |word| Some(word.to_owned())),
             watch: document.get("watch").and_then(Item::as_bool).unwrap_or(false),
-            shift: ShiftCounts {
-                pass: shift("pass"),
-                fail: shift("fail"),
-                undecided: shift("undecided"),
-                incomplete: shift("incomplete"),
-                refused: shift("refused"),
-            },
+            shift: Shift::of(&document),
         }
     }
 
@@ -227,17 +154,7 @@ impl Settings {
         if let Some(password) = &self.password {
             document[PASSWORD_KEY] = value(password.as_str());
         }
-        let mut shift = Table::new();
-        for (key, count) in [
-            ("pass", self.shift.pass),
-            ("fail", self.shift.fail),
-            ("undecided", self.shift.undecided),
-            ("incomplete", self.shift.incomplete),
-            ("refused", self.shift.refused),
-        ] {
-            shift[key] = value(count as i64);
-        }
-        document["shift"] = Item::Table(shift);
+        self.shift.write(&mut document);
         if let Some(place) = &self.place {
             let pair = |[a, b]: [f32; 2]| value([f64::from(a), f64::from(b)].into_iter().collect::<Array>());
             let mut window = Table::new();
@@ -303,9 +220,7 @@ fn is_odd(bytes: &[u8]) -> bool {
         && is("scale", |scale| number(Some(scale)).is_some())
         && is("watch", Item::is_bool)
         && is(PASSWORD_KEY, Item::is_str)
-        && is("shift", |shift| {
-            shift.as_table_like().is_some_and(|t| t.iter().all(|(_, n)| n.as_integer().is_some_and(|n| n >= 0)))
-        })
+        && shift::is_sound(&document)
         && is("window", Item::is_table_like)
         && is("recent", |recent| {
             recent.as_array_of_tables().is_some_and(|plans| plans.iter().all(|plan| recent_of(plan).is_some()))
@@ -377,7 +292,7 @@ mod tests {
             watch: true,
             password: Some("$argon2id$v=19$m=19456,t=2,p=1$c2FsdA$aGFzaA".into()),
             place: Some(WindowPlace { position: Some([10.0, -20.5]), size: [1280.0, 800.0], maximized: true }),
-            shift: ShiftCounts { pass: 3, fail: 1, undecided: 0, incomplete: 2, refused: 5 },
+            shift: Shift { pass: 3, fail: 1, undecided: 0, incomplete: 2, refused: 5, ..Shift::default() },
             ..Settings::default()
         };
         settings.remember(Path::new("/plans/a \"b\".toml"));

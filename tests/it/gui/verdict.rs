@@ -55,7 +55,7 @@ fn a_part_whose_results_cannot_be_written_has_no_verdict_and_a_lamp_of_its_own()
     assert_eq!(window.verdicts(), [Some(Verdict::Pass), None]);
     assert!(window.shows("Refused, last part 2 of 2") && window.shows("Refused, part 2 of 2"));
     assert!(window.says("The results of 2.ply are lost") && !window.shows("Pass, last part 1 of 2"));
-    let shift = window.app().settings().shift;
+    let shift = window.app().settings().shift.clone();
     assert_eq!((shift.pass, shift.refused, shift.total()), (1, 1, 2));
 }
 
