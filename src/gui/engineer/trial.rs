@@ -90,7 +90,7 @@ pub fn trial_ui(ui: &mut Ui, scope: &Scope, editing: &Editing) {
         ui.label(RichText::new(scan.as_str()).size(size::NOTE).color(scope.theme.quiet));
     });
     ui.add_space(4.0);
-    let changed: Vec<&PointDifference> = trial.points.iter().filter(|p| p.is_change()).collect();
+    let changed = changes(words, &trial.points);
     for point in &changed {
         entry_ui(ui, scope, None, &difference_words(words, point), "", None);
     }
@@ -98,11 +98,21 @@ pub fn trial_ui(ui: &mut Ui, scope: &Scope, editing: &Editing) {
     quiet_ui(ui, scope, &words.count("engineer.as_before", same));
 }
 
+/// Points of which something that is shown is another one, those with another verdict first.
+fn changes<'p>(words: &Words, points: &'p [PointDifference]) -> Vec<&'p PointDifference> {
+    let shown = |reading: &Option<Reading>| reading.as_ref().map(|r| self::reading(words, r));
+    let verdict = |reading: &Option<Reading>| reading.as_ref().map(|r| r.verdict);
+    let mut changed: Vec<_> = points.iter().filter(|p| shown(&p.before) != shown(&p.after)).collect();
+    changed.sort_by_key(|p| verdict(&p.before) == verdict(&p.after));
+    changed
+}
+
 fn verdict_words(words: &Words, trial: &crate::worker::Trial) -> String {
     let after = Sign::of(&trial.inspected.result).word(words).to_owned();
     match trial.before.as_deref().map(|before| Sign::of(before).word(words)) {
         Some(before) if before != after => words.fill("engineer.from_to", &[("before", before), ("after", &after)]),
-        _ => after,
+        Some(_) => words.fill("engineer.verdict_as_before", &[("verdict", &after)]),
+        None => after,
     }
 }
 
@@ -137,4 +147,34 @@ fn difference_words(words: &Words, point: &PointDifference) -> String {
 /// What a scan is called in a message.
 pub(in crate::gui) fn short_name(scan: &Path) -> String {
     scan.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gui::text::Language;
+    use crate::inspect::Verdict;
+
+    #[test]
+    fn only_what_reads_otherwise_is_a_change_and_other_verdicts_come_first() {
+        let reading = |mm: f64, verdict| {
+            Some(Reading {
+                verdict,
+                deviation_mm: Some(mm),
+                uncertainty_mm: Some(0.0591),
+                reason: None,
+                tolerance_ratio: None,
+            })
+        };
+        let point = |name: &str, before, after| PointDifference { name: name.into(), before, after };
+        let points = [
+            point("P01", reading(-0.0731, Verdict::Pass), reading(-0.0733, Verdict::Pass)),
+            point("P02", reading(-0.0731, Verdict::Pass), reading(-0.0751, Verdict::Pass)),
+            point("P03", reading(0.4999, Verdict::Undecided), reading(0.5001, Verdict::Fail)),
+            point("P04", None, reading(0.1, Verdict::Pass)),
+        ];
+        let words = Words::of(Language::English);
+        let names: Vec<&str> = changes(words, &points).iter().map(|p| &*p.name).collect();
+        assert_eq!(names, ["P03", "P04", "P02"]);
+    }
 }
