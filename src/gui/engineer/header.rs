@@ -247,7 +247,7 @@ fn try_item(scope: &Scope) -> Item {
     match super::trial::scan(scope.facts) {
         Ok((scan, _)) => {
             let name = scan.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-            item(words.fill("engineer.try_on", &[("scan", &shortened(&name))]), None)
+            item(words.fill("engineer.try_on", &[("scan", &write::cut_in_the_middle(&name, 20))]), None)
         }
         Err(why) => item(words.text("engineer.try").to_owned(), Some(words.text(why))),
     }
@@ -323,14 +323,5 @@ fn item_ui(ui: &mut Ui, scope: &Scope, item: &Item, with_key: bool, wide: f32) -
         Some(hint) if item.enabled => response.on_hover_text(hint),
         Some(hint) => response.on_disabled_hover_text(hint),
         None => response,
-    }
-}
-
-/// A name that is no longer than a button bears.
-fn shortened(name: &str) -> String {
-    if name.chars().count() <= 16 {
-        name.to_owned()
-    } else {
-        format!("{}…", name.chars().take(15).collect::<String>())
     }
 }

@@ -43,7 +43,10 @@ fn draw(ui: &mut Ui, place: Rect, mut fields: Vec<(&'static str, String)>, scope
     for ((key, value), wide) in fields.iter().zip(widths) {
         let cell = Rect::from_min_max(pos2(x, place.top()), pos2((x + wide).min(place.right()), place.bottom()));
         words::line(ui, cell, Align2::LEFT_TOP, w.text(key), fonts::regular(size::TABLE), scope.theme.quiet);
-        words::line(ui, cell.with_min_y(cell.top() + 18.0), Align2::LEFT_TOP, value, font(), scope.theme.text);
+        // What tells files apart stands at their ends.
+        let name = value.split_once(", ").map_or(&**value, |(name, _)| name);
+        let shown = words::with_name_in(ui, value, name, &font(), cell.width());
+        words::line(ui, cell.with_min_y(cell.top() + 18.0), Align2::LEFT_TOP, &shown, font(), scope.theme.text);
         x += wide + GAP;
     }
     x - GAP

@@ -87,6 +87,10 @@ pub fn trend_ui(
     let [low, high] = extent(&steps, point);
     let u_mm = point.measurement.as_ref().map_or(0.0, |m| m.uncertainty_mm);
     let names: Vec<String> = scope.facts.parts.iter().map(|p| p.short_name()).collect();
+    let names = briefs(&names);
+    // The axis to the left takes about sixty points.
+    let longest = names.iter().map(|name| write::width(ui, name, fonts::regular(AXIS))).fold(0.0, f32::max);
+    let most = ((at.width() - 60.0) / (longest + 12.0)).clamp(1.0, 10.0);
     let plot = still_plot(("trend", &point.name))
         .include_x(first - 0.6)
         .include_x((last + 0.6).max(first + 7.4))
@@ -96,7 +100,7 @@ pub fn trend_ui(
         .show_background(false)
         .grid_color(theme.stroke)
         .show_grid([false, true])
-        .x_grid_spacer(|input| whole_steps(input.bounds))
+        .x_grid_spacer(move |input| whole_steps(input.bounds, most))
         .y_grid_spacer(|input| marks(input.bounds, 6.0))
         .x_axis_formatter(move |mark, _| part_name(&names, mark.value))
         .y_axis_formatter(move |mark, _| {
@@ -189,9 +193,12 @@ fn extent(steps: &[Step], point: &PointResult) -> [f64; 2] {
     [low - room, high + room]
 }
 
-/// Marks at whole parts only, at most about ten of them.
-fn whole_steps((low, high): (f64, f64)) -> Vec<egui_plot::GridMark> {
-    let step = ((high - low) / 10.0).ceil().max(1.0);
+/// The largest size in which the axes are written.
+const AXIS: f32 = 14.0;
+
+/// Marks at whole parts only, at most about so many of them.
+fn whole_steps((low, high): (f64, f64), most: f32) -> Vec<egui_plot::GridMark> {
+    let step = ((high - low) / f64::from(most)).ceil().max(1.0);
     let first = (low / step).ceil() as i64;
     let last = (high / step).floor() as i64;
     (first..=last).take(40).map(|k| egui_plot::GridMark { value: k as f64 * step, step_size: high - low }).collect()
@@ -200,13 +207,24 @@ fn whole_steps((low, high): (f64, f64)) -> Vec<egui_plot::GridMark> {
 fn part_name(names: &[String], value: f64) -> String {
     let at = value.round();
     let known = (at >= 0.0 && (value - at).abs() < 1e-6).then(|| names.get(at as usize)).flatten();
-    known.map(|name| brief(name)).unwrap_or_default()
+    known.cloned().unwrap_or_default()
 }
 
-/// What tells a scan apart in little room: the number with which its name begins, else its end.
-fn brief(name: &str) -> String {
-    let number: String = name.chars().take_while(char::is_ascii_digit).collect();
-    if number.is_empty() { tail(name, 9) } else { tail(&number, 6) }
+/// What tells scans apart in little room: the number with which a name begins or ends, as on their lamps, else its end. A number in front that all
+/// have, such as the day, tells nothing.
+fn briefs(names: &[String]) -> Vec<String> {
+    let digits = |name: &str| name.chars().take_while(char::is_ascii_digit).collect::<String>();
+    let front: Vec<String> = names.iter().map(|name| digits(name)).collect();
+    let all_alike = names.len() > 1 && front.iter().all(|number| *number == front[0]);
+    let brief = |(name, front): (&String, &String)| {
+        let end = name.len() - name.chars().rev().take_while(char::is_ascii_digit).count();
+        match (front.is_empty() || all_alike, &name[end..]) {
+            (false, _) => tail(front, 6),
+            (true, "") => tail(name, 9),
+            (true, number) => tail(number, 6),
+        }
+    };
+    names.iter().zip(&front).map(brief).collect()
 }
 
 /// Evenly spaced marks at round numbers, about so many.
@@ -256,16 +274,19 @@ mod tests {
 
     #[test]
     fn marks_stand_at_whole_parts() {
-        let whole: Vec<f64> = whole_steps((-0.6, 7.6)).iter().map(|m| m.value).collect();
+        let whole: Vec<f64> = whole_steps((-0.6, 7.6), 10.0).iter().map(|m| m.value).collect();
         assert_eq!(whole, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        assert!(whole_steps((-0.6, 199.6)).len() <= 11);
+        assert!(whole_steps((-0.6, 199.6), 10.0).len() <= 11 && whole_steps((-0.6, 7.6), 3.0).len() <= 3);
         let names = vec!["0001".to_owned(), "a_very_long_name_0002".to_owned()];
         assert_eq!(
             (part_name(&names, 0.0), part_name(&names, 0.5), part_name(&names, 9.0)),
             ("0001".into(), String::new(), String::new())
         );
-        assert_eq!(part_name(&names, 1.0), "…ame_0002");
-        assert_eq!(brief("03_out_of_tolerance"), "03");
+        let brief = |names: &[&str]| briefs(&names.iter().map(|name| name.to_string()).collect::<Vec<_>>());
+        assert_eq!(brief(&["01_good", "03_out_of_tolerance"]), ["01", "03"]);
+        assert_eq!(brief(&["Bracket_2026-11-23_0001", "Bracket_2026-11-23_0002"]), ["0001", "0002"]);
+        assert_eq!(brief(&["20261123_0003", "20261123_0004_left"]), ["0003", "…004_left"]);
+        assert_eq!(brief(&["03_only"]), ["03"]);
         let at: Vec<f64> = marks((-1.07, 0.63), 6.0).iter().map(|m| m.value).collect();
         // A sixth of 1.7 is 0.28, so steps of 0.5.
         assert_eq!(at, [-1.0, -0.5, 0.0, 0.5]);

@@ -31,6 +31,35 @@ pub fn whole_clauses(ui: &Ui, text: &str, font: &FontId, width: f32, rows: usize
     fitting.next().unwrap_or_else(|| text.to_owned())
 }
 
+/// A name in at most so many letters: its front and, longer, its end, which tells scans apart.
+pub fn cut_in_the_middle(name: &str, most: usize) -> String {
+    let count = name.chars().count();
+    if count <= most {
+        return name.to_owned();
+    }
+    let kept = most.saturating_sub(1);
+    let front = kept / 3;
+    let end = name.chars().skip(count - (kept - front));
+    name.chars().take(front).chain(std::iter::once('…')).chain(end).collect()
+}
+
+/// A text with the name in it cut in the middle, as far as is needed for all up to the name's end to stand in a width.
+pub fn with_name_in(ui: &Ui, text: &str, name: &str, font: &FontId, room: f32) -> String {
+    let Some(at) = text.rfind(name).filter(|_| !name.is_empty()) else { return text.to_owned() };
+    let (before, after) = (&text[..at], &text[at + name.len()..]);
+    // What follows the name may be cut, and a sign of that stands there.
+    let rest = if after.is_empty() { "" } else { " …" };
+    let fits = |name: &str| width(ui, &format!("{before}{name}{rest}"), font.clone()) <= room;
+    let whole = width(ui, text, font.clone()) <= room || fits(name);
+    let count = name.chars().count();
+    let shorter = || (LEAST_NAME..count).rev().map(|most| cut_in_the_middle(name, most)).find(|name| fits(name));
+    let name = if whole { name.to_owned() } else { shorter().unwrap_or_else(|| cut_in_the_middle(name, LEAST_NAME)) };
+    format!("{before}{name}{after}")
+}
+
+/// Letters of which a name consists at least.
+const LEAST_NAME: usize = 6;
+
 /// How wide a text is when nothing limits it.
 pub fn width(ui: &Ui, text: &str, font: FontId) -> f32 {
     ui.painter().layout_no_wrap(text.to_owned(), font, Color32::PLACEHOLDER).size().x
@@ -71,4 +100,23 @@ pub fn named(ui: &mut Ui, place: Rect, text: &str) {
     let id = ui.scope_id().with((text, place.min.x as i32, place.min.y as i32));
     let response = ui.interact(place, id, Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_keep_their_end() {
+        for (name, short) in [
+            ("0017.ply", "0017.ply"),
+            ("Bracket_RH_2026-11-23_0003.ply", "Brac…3_0003.ply"),
+            ("03_out_of_tolerance", "03_o…_tolerance"),
+            ("åäö_åäö_åäö_åäö_1", "åäö_…äö_åäö_1"),
+        ] {
+            let told = cut_in_the_middle(name, short.chars().count());
+            assert_eq!(told, short);
+        }
+        assert_eq!((cut_in_the_middle("abc", 1), cut_in_the_middle("abc", 0)), ("…".into(), "…".into()));
+    }
 }
