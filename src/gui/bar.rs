@@ -198,9 +198,8 @@ fn shift_words(scope: &Scope) -> String {
         (shift.undecided, "status.undecided"),
         (shift.refused, "status.refused"),
     ];
-    let kinds: Vec<String> =
-        kinds.iter().filter(|(n, _)| *n > 0).map(|(n, key)| words.fill(key, &[("n", &words.thousands(*n))])).collect();
-    format!("{} {}", words.fill("status.inspected", &[("n", &words.thousands(shift.total()))]), kinds.join(", "))
+    let kinds: Vec<String> = kinds.iter().filter(|(n, _)| *n > 0).map(|(n, key)| words.count(key, *n)).collect();
+    format!("{} {}", words.count("status.inspected", shift.total()), kinds.join(", "))
 }
 
 /// Notes where the window stands, to put it there again: in points at the scale that was chosen, which is not the one it is drawn at

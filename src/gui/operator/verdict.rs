@@ -2,7 +2,7 @@
 
 use super::layout::{Form, Places};
 use super::now::is_quiet;
-use crate::gui::facts::{FinishedPart, Job};
+use crate::gui::facts::{Facts, FinishedPart, Job};
 use crate::gui::fonts;
 use crate::gui::perform::may_run;
 use crate::gui::scope::Scope;
@@ -20,6 +20,8 @@ struct Said {
     sign: Sign,
     /// Which part, or that there is none.
     header: String,
+    /// The scan's name in it.
+    scan: String,
     word: String,
     sentence: String,
     note: String,
@@ -113,7 +115,8 @@ fn texts(ui: &mut Ui, place: Rect, form: Form, said: &Said, scope: &Scope) -> Op
     let (head, sentence, note) = sizes(form);
     let line = |points: f32| 1.4 * points;
     let top = Rect::from_min_size(place.min, vec2(place.width(), line(head)));
-    words::line(ui, top, Align2::LEFT_CENTER, &said.header, fonts::semibold(head), theme.text);
+    let header = words::with_name_in(ui, &said.header, &said.scan, &fonts::semibold(head), top.width());
+    words::line(ui, top, Align2::LEFT_CENTER, &header, fonts::semibold(head), theme.text);
     let refused = said.sign == Sign::Refused;
     let sentence_size = if refused { (0.75 * sentence).max(size::NOTE) } else { sentence };
     let widest = words::fitting_size(ui, &said.word, fonts::bold, place.width(), largest_word(form), 40.0);
@@ -172,7 +175,7 @@ fn of_part(part: &FinishedPart, has_help: bool, words: &Words) -> Said {
         Outcome::Refused(refusal) if has_help => (words.told(part.reason(refusal)), String::new()),
         Outcome::Refused(refusal) => (words.told(part.reason(refusal)), words.told(&refusal.help)),
     };
-    Said { sign, header, word, sentence, note, name }
+    Said { sign, header, scan, word, sentence, note, name }
 }
 
 /// The scan's name, with its folder where that is not the plan's.
@@ -209,7 +212,7 @@ fn measured(inspection: &Inspection, words: &Words) -> (String, String) {
         (counts.pass, Verdict::Pass, "operator.n_in"),
     ];
     let others = others.iter().filter(|(n, verdict, _)| *n > 0 && *verdict != inspection.verdict);
-    let others: Vec<String> = others.map(|(n, _, key)| words.fill(key, &[("n", &words.thousands(*n))])).collect();
+    let others: Vec<String> = others.map(|(n, _, key)| words.count(key, *n)).collect();
     let others = others.join(", ");
     let note = match (to_do, others.is_empty()) {
         ("", _) => others,
@@ -258,21 +261,33 @@ fn without_verdict(scan: Option<&Path>, sentence: &str, help: Option<&str>, word
     };
     let word = words.text("verdict.no_verdict").to_owned();
     let note = help.map(|help| words.told(help)).unwrap_or_default();
-    Said { sign: Sign::Refused, header, name: word.clone(), word, sentence: sentence.to_owned(), note }
+    let scan = header.clone();
+    Said { sign: Sign::Refused, header, scan, name: word.clone(), word, sentence: sentence.to_owned(), note }
+}
+
+/// That there is no part yet, as a key among the texts: lamps beside it may tell of others.
+fn none_yet(facts: &Facts) -> &'static str {
+    match (facts.parts.is_empty(), facts.earlier_results().is_empty()) {
+        (false, _) => "operator.none_in_run",
+        (true, false) => "operator.none_since",
+        (true, true) => "operator.none_yet",
+    }
 }
 
 /// Nothing was inspected since the plan was opened.
 fn before_the_first(scope: &Scope) -> Said {
     let (facts, words) = (scope.facts, scope.words);
     let text = |key: &str| words.text(key).to_owned();
+    let press = if scope.settings.watch { "operator.press_watch_folder" } else { "operator.press_run" };
     let of_run = facts.parts.get(facts.run_from..).unwrap_or_default();
     let header = match of_run.iter().filter(|part| part.again).count() {
-        0 => text("operator.none_yet"),
+        0 => text(none_yet(facts)),
         again => words.count("operator.again_by_this_plan", again),
     };
     let say = |sign: Sign, word: &str, sentence: String, note: String| Said {
         sign,
         header: header.clone(),
+        scan: String::new(),
         word: text(word),
         name: text(word),
         sentence,
@@ -298,12 +313,9 @@ fn before_the_first(scope: &Scope) -> Said {
         return say(Sign::None, "verdict.not_ready", text(why), text("operator.open_another"));
     }
     match &facts.scans {
-        Some(Ok(scans)) if !scans.is_empty() => say(
-            Sign::Ready,
-            "verdict.ready",
-            words.count("operator.scans_waiting", scans.len()),
-            text("operator.press_run"),
-        ),
+        Some(Ok(scans)) if !scans.is_empty() => {
+            say(Sign::Ready, "verdict.ready", words.count("operator.scans_waiting", scans.len()), text(press))
+        }
         Some(Ok(_)) => {
             let folder = facts.plan.as_ref().map(|p| p.scans.path.display().to_string()).unwrap_or_default();
             say(Sign::Ready, "verdict.ready", text("operator.no_scans"), folder)
@@ -314,7 +326,7 @@ fn before_the_first(scope: &Scope) -> Said {
             words.told(&fault.message),
             fault.help.as_deref().map(|help| words.told(help)).unwrap_or_default(),
         ),
-        None => say(Sign::Ready, "verdict.ready", String::new(), text("operator.press_run")),
+        None => say(Sign::Ready, "verdict.ready", String::new(), text(press)),
     }
 }
 

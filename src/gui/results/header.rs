@@ -154,7 +154,7 @@ fn counts_of(points: &[PointResult], words: &Words) -> Vec<(Verdict, String)> {
     ]
     .into_iter()
     .filter(|(_, n, _)| *n > 0)
-    .map(|(verdict, n, key)| (verdict, words.fill(key, &[("n", &words.thousands(n))])))
+    .map(|(verdict, n, key)| (verdict, words.count(key, n)))
     .collect()
 }
 
