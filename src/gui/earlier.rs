@@ -144,6 +144,13 @@ impl Facts {
         self.earlier.as_deref().map_or(&[], |earlier: &EarlierResults| &earlier.results)
     }
 
+    /// Whether one of them was held to another plan or another CAD than those at hand.
+    pub fn is_of_another_plan(&self, earlier: &Earlier) -> bool {
+        let id = &earlier.stored.identity;
+        self.plan.as_ref().is_some_and(|plan| plan.sha256 != id.plan_sha256)
+            || self.part.as_ref().is_some_and(|part| part.cad_sha256 != id.cad_sha256)
+    }
+
     /// One of them inspected again, by the plan as it is now.
     pub fn again(&self, at: usize) -> Option<&Arc<FinishedPart>> {
         let plan = self.plan.as_ref()?;

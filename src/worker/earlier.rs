@@ -11,7 +11,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Whether a file is what a run wrote.
+/// Whether a file is what a run wrote. Nothing that is said in another file than a [`Seal::Whole`] one is a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seal {
     /// The manifest lists it as it is.
@@ -40,6 +40,11 @@ pub struct Earlier {
 }
 
 impl Earlier {
+    /// Whether the list of written results vouches for its file.
+    pub fn is_vouched_for(&self) -> bool {
+        self.seal == Seal::Whole
+    }
+
     /// The scan's name without its ending.
     pub fn short_name(&self) -> String {
         let name = &self.stored.identity.scan_file;
@@ -60,10 +65,11 @@ pub struct EarlierResults {
 pub fn earlier_results(plan: &Plan, most: usize) -> EarlierResults {
     let folder = &plan.output.path;
     let name = plan.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    // A damaged manifest vouches for nothing.
-    let manifest = Manifest::load(folder).unwrap_or_default();
+    // A damaged manifest vouches for nothing; what a run that was ended in the middle had put in place is as it was announced.
+    let mut manifest = Manifest::load(folder).unwrap_or_default();
+    manifest.settle(folder);
     let mut found = EarlierResults::default();
-    for (modified, file) in newest_first(folder) {
+    for (modified, file) in newest_first(folder, &manifest) {
         if found.results.len() >= most {
             break;
         }
@@ -88,12 +94,12 @@ pub fn earlier_results(plan: &Plan, most: usize) -> EarlierResults {
     found
 }
 
-/// Files that begin as our results do.
-fn newest_first(folder: &Path) -> Vec<(SystemTime, PathBuf)> {
+/// Files that begin as our results do, or should by the manifest.
+fn newest_first(folder: &Path, manifest: &Manifest) -> Vec<(SystemTime, PathBuf)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == "json"));
     let mut files: Vec<(SystemTime, PathBuf)> = files
-        .filter(|path| is_result(path))
+        .filter(|path| is_result(path) || is_spoilt(manifest, path))
         .map(|path| (path.metadata().and_then(|m| m.modified()).unwrap_or(SystemTime::UNIX_EPOCH), path))
         .collect();
     files.sort_by(|a, b| b.cmp(a));
@@ -108,9 +114,18 @@ fn is_result(path: &Path) -> bool {
     read.is_ok() && String::from_utf8_lossy(&start).contains(&format!("\"schema\": \"{family}/"))
 }
 
+/// A listed file that does not even begin as it did.
+fn is_spoilt(manifest: &Manifest, path: &Path) -> bool {
+    let listed = || manifest.hash_of(&name_of(path)).is_some();
+    listed() && read_plain(path).is_ok_and(|bytes| seal(manifest, path, &bytes) == Seal::Changed)
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
 fn seal(manifest: &Manifest, file: &Path, bytes: &[u8]) -> Seal {
-    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    match manifest.hash_of(&name) {
+    match manifest.hash_of(&name_of(file)) {
         None => Seal::Unlisted,
         Some(listed) if listed == sha256_hex(bytes) => Seal::Whole,
         Some(_) => Seal::Changed,
@@ -150,7 +165,10 @@ mod tests {
         write("c.json", &json(&example::refused()).replace("0017.ply", "0018.ply"), 3);
         write("cut.json", &of_this[..300], 4);
         write("other.json", "{\"schema\": \"another/1\"}", 5);
-        manifest::write(&root.join("results"), &["a.json".into(), "b.json".into()]).unwrap();
+        write("empty.json", &json(&result), 6);
+        let listed = ["a.json", "b.json", "empty.json", "other.json"].map(String::from);
+        manifest::write(&root.join("results"), &listed).unwrap();
+        write("empty.json", "", 6);
         write("a.json", &json(&result).replace("0.336", "0.337"), 2);
         let plan = plan_in(root);
         let found = earlier_results(&plan, 10);
@@ -167,7 +185,8 @@ mod tests {
             ],
             "the refused one is of another plan's file"
         );
-        assert_eq!(found.unreadable.len(), 1);
+        let unreadable: Vec<_> = found.unreadable.iter().map(|why| name_of(why.file.as_ref().unwrap())).collect();
+        assert_eq!(unreadable, ["empty.json", "cut.json"], "a listed one that lost its first bytes is missed");
         assert_eq!(earlier_results(&plan, 1).results, found.results[1..]);
         std::fs::remove_dir_all(root.join("results")).unwrap();
         assert_eq!(earlier_results(&plan, 10), EarlierResults::default());

@@ -7,7 +7,7 @@ use crate::gui::fonts;
 use crate::gui::messages::sentence;
 use crate::gui::scope::Scope;
 use crate::gui::theme::size;
-use crate::gui::widgets::sign::Sign;
+use crate::gui::widgets::sign::{Sign, problem};
 use crate::gui::widgets::{cards, words};
 use crate::report::words::{capital, clean};
 use crate::worker::earlier::Earlier;
@@ -28,11 +28,13 @@ struct Lamp {
     part: Option<(usize, usize, Option<usize>)>,
     /// Its place among results from before this start.
     earlier: Option<usize>,
+    /// It was held to another plan than the one at hand.
+    other_plan: bool,
 }
 
 impl Lamp {
     fn without_result(sign: Sign, scan: String) -> Self {
-        Self { sign, scan, label: String::new(), begins_plan: false, part: None, earlier: None }
+        Self { sign, scan, label: String::new(), begins_plan: false, part: None, earlier: None, other_plan: false }
     }
 
     /// What a press of it leads to.
@@ -54,10 +56,12 @@ pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope
             words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BAR), theme.undecided_text);
         }
         None => {
+            let told = unreadable_ui(ui, head, scope);
             let earlier = !scope.facts.earlier_results().is_empty() && scope.facts.parts.len() < count;
             let key = if earlier { "operator.last_parts_earlier" } else { "operator.last_parts" };
             let text = scope.words.fill(key, &[("n", &count.to_string())]);
-            words::line(ui, head, Align2::LEFT_CENTER, &text, fonts::semibold(size::BODY), theme.text);
+            let rest = head.with_max_x(told);
+            words::line(ui, rest, Align2::LEFT_CENTER, &text, fonts::semibold(size::BODY), theme.text);
         }
     }
     let mut lamps = lamps(scope.facts, count);
@@ -66,6 +70,22 @@ pub(super) fn lamps_ui(ui: &mut Ui, place: Rect, count: usize, scope: &mut Scope
     for (k, (lamp, place)) in lamps.iter().zip(lamp_places(place, count)).enumerate() {
         lamp_ui(ui, place, k, lamp, scope);
     }
+}
+
+/// Results of the folder that cannot be read have no lamp; at the right it is told that there are any. Returns how far the rest may go.
+fn unreadable_ui(ui: &mut Ui, head: Rect, scope: &Scope) -> f32 {
+    let unreadable = scope.facts.earlier.as_ref().map_or(0, |earlier| earlier.unreadable.len());
+    if unreadable == 0 {
+        return head.right();
+    }
+    let text = scope.words.count("operator.unreadable_results", unreadable);
+    let font = fonts::semibold(size::BODY);
+    let wide = (words::width(ui, &text, font.clone()) + 4.0).min(head.width() - 24.0);
+    let line = head.with_min_x(head.right() - wide);
+    words::line(ui, line, Align2::RIGHT_CENTER, &text, font, scope.theme.undecided_text);
+    let mark = Rect::from_center_size(pos2(line.left() - 12.0, line.center().y), Vec2::splat(16.0));
+    problem(ui.painter(), mark, false, scope.theme);
+    mark.left() - 12.0
 }
 
 fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
@@ -82,7 +102,8 @@ fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
         }
         Some((_, index, None)) => words.fill("operator.lamp", &[("verdict", word), ("n", &words.thousands(index))]),
         None if lamp.earlier.is_some() => {
-            words.fill("results.earlier_lamp", &[("verdict", word), ("scan", &lamp.scan)])
+            let key = if lamp.other_plan { "results.earlier_lamp_other" } else { "results.earlier_lamp" };
+            words.fill(key, &[("verdict", word), ("scan", &lamp.scan)])
         }
         None if lamp.scan.is_empty() => word.to_owned(),
         None => format!("{word}, {}", lamp.scan),
@@ -107,7 +128,11 @@ fn lamp_ui(ui: &mut Ui, place: Rect, k: usize, lamp: &Lamp, scope: &mut Scope) {
     // What is from before this start is small, so that nobody takes it for a part of now.
     let shown = if lamp.earlier.is_some() { 0.5 * side } else { side };
     let sign = Rect::from_center_size(middle, Vec2::splat(side));
-    lamp.sign.paint(ui.painter(), Rect::from_center_size(middle, Vec2::splat(shown)), theme);
+    let shown = Rect::from_center_size(middle, Vec2::splat(shown));
+    match lamp.other_plan {
+        true => lamp.sign.paint_hollow(ui.painter(), shown, theme),
+        false => lamp.sign.paint(ui.painter(), shown, theme),
+    }
     let label = Rect::from_min_max(pos2(place.left() + 2.0, sign.bottom() + 3.0), place.max - vec2(2.0, 0.0));
     let label = label.with_max_y(label.top() + 20.0);
     let colour = if lamp.part.is_some() { theme.text } else { theme.quiet };
@@ -125,7 +150,7 @@ fn shorten_all(lamps: &mut [Lamp], fits: usize) {
     }
 }
 
-/// The number at a name's front or its end; without one, as much of the name as there is room for.
+/// The number at a name's front or its end; without one, as much of the name's front and end as there is room for.
 fn shortened(name: &str, fits: usize) -> String {
     let digit = |c: &char| c.is_ascii_digit();
     let front: String = name.chars().take_while(digit).collect();
@@ -137,7 +162,7 @@ fn shortened(name: &str, fits: usize) -> String {
     if name.chars().count() <= fits {
         return name.to_owned();
     }
-    name.chars().take(fits.saturating_sub(1)).chain(std::iter::once('…')).collect()
+    words::cut_in_the_middle(name, fits)
 }
 
 /// The strip: finished parts from the left, the one at hand, those to come; when there are too many the oldest leave.
@@ -154,6 +179,7 @@ fn lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
             begins_plan: at > 0 && facts.parts[at - 1].plan.sha256 != part.plan.sha256,
             part: Some((at, part.index, part.of)),
             earlier: None,
+            other_plan: false,
         })
         .collect();
     let running = facts.running();
@@ -191,7 +217,8 @@ fn earlier_lamps(facts: &Facts, count: usize) -> Vec<Lamp> {
     let newest = all.iter().enumerate().skip(all.len() - count.min(all.len()));
     let lamp = |(k, earlier): (usize, &Earlier)| Lamp {
         earlier: Some(k),
-        ..Lamp::without_result(Sign::of_stored(&earlier.stored.outcome), earlier.short_name())
+        other_plan: earlier.is_vouched_for() && facts.is_of_another_plan(earlier),
+        ..Lamp::without_result(Sign::of_earlier(earlier), earlier.short_name())
     };
     newest.map(lamp).collect()
 }
@@ -224,10 +251,10 @@ mod tests {
             ("0017", "0017"),
             ("01_good_top", "01"),
             ("press2_20260314_153000", "153000"),
-            ("20260314153000", "202603…"),
+            ("20260314153000", "20…3000"),
             ("bracket", "bracket"),
-            ("bracket_left", "bracke…"),
-            ("käårä_mäßig", "käårä_…"),
+            ("bracket_left", "br…left"),
+            ("käårä_mäßig", "kä…äßig"),
         ] {
             assert_eq!(shortened(name, 7), short);
         }

@@ -21,8 +21,8 @@ use std::sync::Arc;
 /// What stands on the screen before the first part: that there is none, and the way to those from before this start.
 pub(super) fn nothing_yet_ui(ui: &mut Ui, all: Rect, scope: &mut Scope) {
     let words = scope.words;
-    let text = words.text("results.nothing_yet");
     let earlier = scope.facts.earlier_results().len();
+    let text = words.text(if earlier > 0 { "operator.none_since" } else { "results.nothing_yet" });
     let line = Rect::from_center_size(all.center() - vec2(0.0, 24.0), vec2(all.width() - 24.0, 48.0));
     write::block(ui, line, Align2::CENTER_CENTER, text, fonts::regular(size::CARD), scope.theme.quiet, 2);
     if earlier > 0 {
@@ -40,15 +40,21 @@ pub(super) fn earlier_ui(ui: &mut Ui, all: Rect, place: usize, view: &mut Result
     let facts = scope.facts;
     let earlier = &facts.earlier_results()[place];
     let places = layout::earlier_places(all);
-    header::header_ui(ui, places.header, &Head::of_earlier(earlier, place, scope.words), scope);
     let again = facts.again(place).cloned();
+    let head = match &again {
+        Some(part) => Head::of_again(part, place, scope.words),
+        None => Head::of_earlier(earlier, place, facts.is_of_another_plan(earlier), scope.words),
+    };
+    header::header_ui(ui, places.header, &head, scope);
     notes_ui(ui, places.notes, (place, earlier, again.as_deref()), scope);
     if let Some(part) = again {
         return again_ui(ui, &places, &part, view, scope);
     }
     match &earlier.stored.outcome {
         StoredOutcome::Refused(refusal) => refused_ui(ui, places.body, refusal, scope),
-        StoredOutcome::Measured(inspection) => stored_ui(ui, &places, inspection, view, scope),
+        StoredOutcome::Measured(inspection) => {
+            stored_ui(ui, &places, (inspection, earlier.is_vouched_for()), view, scope)
+        }
     }
 }
 
@@ -68,7 +74,7 @@ fn again_ui(ui: &mut Ui, places: &EarlierPlaces, part: &Arc<FinishedPart>, view:
 fn stored_ui(
     ui: &mut Ui,
     places: &EarlierPlaces,
-    inspection: &StoredInspection,
+    (inspection, vouched_for): (&StoredInspection, bool),
     view: &mut ResultsView,
     scope: &mut Scope,
 ) {
@@ -80,13 +86,13 @@ fn stored_ui(
     let why = view.tab == Tab::Why;
     if !(alone && why) {
         let columns = Columns::in_width(places.table.width());
-        if let Some(k) = table::table_ui(ui, places.table, points, &mut view.table, columns, scope) {
+        if let Some(k) = table::table_ui(ui, places.table, (points, vouched_for), &mut view.table, columns, scope) {
             scope.ask(Action::ChoosePoint(Some(k)));
         }
     }
     if !alone || why {
         let chosen = scope.view.point.and_then(|k| points.get(k));
-        why::stored_ui(ui, places.why, chosen, scope);
+        why::stored_ui(ui, places.why, chosen, vouched_for, scope);
     }
 }
 
@@ -154,6 +160,10 @@ fn notes(earlier: &Earlier, again: Option<&FinishedPart>, scope: &Scope) -> Vec<
     if let Some(plan) = facts.plan.as_ref().filter(|plan| plan.sha256 != id.plan_sha256) {
         let revisions = [("then", &*id.part_revision), ("now", &*plan.part.revision)];
         told.push((true, words.fill("results.earlier_other_plan", &revisions)));
+    }
+    let other_cad = |part: &Arc<crate::part::Part>| part.cad_sha256 != id.cad_sha256;
+    if facts.part.as_ref().is_some_and(other_cad) {
+        told.push((true, words.text("results.earlier_other_cad").to_owned()));
     }
     if let StoredOutcome::Measured(StoredInspection { degraded: Some(why), .. }) = &earlier.stored.outcome {
         told.push((true, words.told(why)));

@@ -26,10 +26,14 @@ const ARROW: f32 = 38.0;
 pub struct Head {
     looked: Looked,
     sign: Sign,
+    /// The verdict was given by another plan than the one at hand.
+    hollow: bool,
     /// Which part it is.
     which: String,
     /// The part's name; scan, side, margin and inliers.
     names: [String; 2],
+    /// The scan's name in them.
+    scan: String,
     counts: Vec<(Verdict, String)>,
 }
 
@@ -41,20 +45,37 @@ impl Head {
             Outcome::Refused(_) => Vec::new(),
         };
         let (looked, sign) = (Looked::Part(place), Sign::of(&part.result));
-        Self { looked, sign, which: part_words(part, words), names: names(part, words), counts }
+        Self {
+            looked,
+            sign,
+            hollow: false,
+            which: part_words(part, words),
+            names: names(part, words),
+            scan: part.scan_name().to_owned(),
+            counts,
+        }
     }
 
-    /// Of a result from before this start, by its place.
-    pub fn of_earlier(earlier: &Earlier, place: usize, words: &Words) -> Self {
+    /// Of a result from before this start, by its place, whose scan was inspected again: what that found, and that it is of now.
+    pub fn of_again(part: &FinishedPart, place: usize, words: &Words) -> Self {
+        let head = Self::of_part(part, place, words);
+        Self { looked: Looked::Earlier(place), which: words.text("results.again").to_owned(), ..head }
+    }
+
+    /// Of a result from before this start, by its place. What nothing vouches for is not counted either.
+    pub fn of_earlier(earlier: &Earlier, place: usize, other_plan: bool, words: &Words) -> Self {
         let stored = &earlier.stored;
         let counts = match &stored.outcome {
-            StoredOutcome::Measured(inspection) => counts_of(&inspection.points, words),
-            StoredOutcome::Refused(_) => Vec::new(),
+            StoredOutcome::Measured(inspection) if earlier.is_vouched_for() => counts_of(&inspection.points, words),
+            _ => Vec::new(),
         };
         let scan = words.fill("results.scan", &[("scan", &clean(&stored.identity.scan_file))]);
         let names = [name_of(&stored.identity, words), format!("{scan}, {}", earlier.written)];
-        let (looked, sign) = (Looked::Earlier(place), Sign::of_stored(&stored.outcome));
-        Self { looked, sign, which: words.text("results.earlier").to_owned(), names, counts }
+        let (looked, sign) = (Looked::Earlier(place), Sign::of_earlier(earlier));
+        let hollow = other_plan && earlier.is_vouched_for();
+        let which = words.text(if hollow { "results.earlier_other" } else { "results.earlier" }).to_owned();
+        let scan = clean(&stored.identity.scan_file);
+        Self { looked, sign, hollow, which, names, scan, counts }
     }
 }
 
@@ -64,13 +85,18 @@ pub fn header_ui(ui: &mut Ui, at: Rect, head: &Head, scope: &mut Scope) {
     let sign = head.sign;
     let y = at.center().y;
     let sign_place = Rect::from_center_size(pos2(at.left() + 22.0, y), vec2(42.0, 42.0));
-    sign.paint(ui.painter(), sign_place, theme);
+    if head.hollow {
+        sign.paint_hollow(ui.painter(), sign_place, theme);
+    } else {
+        sign.paint(ui.painter(), sign_place, theme);
+    }
+    let colour = if head.hollow { theme.quiet } else { sign.text_colour(theme) };
     let word = sign.word(words);
     let of = &head.which;
     let wide =
         write::width(ui, word, fonts::semibold(size::HEADER)).max(write::width(ui, of, fonts::regular(size::TABLE)));
     let verdict = Rect::from_min_size(pos2(at.left() + 56.0, y - 26.0), vec2(wide + 4.0, 30.0));
-    write::line(ui, verdict, Align2::LEFT_CENTER, word, fonts::semibold(size::HEADER), sign.text_colour(theme));
+    write::line(ui, verdict, Align2::LEFT_CENTER, word, fonts::semibold(size::HEADER), colour);
     let below = Rect::from_min_size(pos2(verdict.left(), y + 5.0), vec2(wide + 4.0, 18.0));
     write::line(ui, below, Align2::LEFT_CENTER, of, fonts::regular(size::TABLE), theme.quiet);
     let lamps_left = lamps_ui(ui, at.with_min_x(verdict.right() + 16.0), head.looked, scope);
@@ -83,7 +109,13 @@ pub fn header_ui(ui: &mut Ui, at: Rect, head: &Head, scope: &mut Scope) {
     let natural = names_width(ui, &head.names);
     let with_counts = room > counts_width + 220.0;
     let names_width = if with_counts { (room - counts_width - 40.0).min(natural) } else { room };
-    names_ui(ui, Rect::from_min_size(pos2(x, at.top()), vec2(names_width, at.height())), &head.names, scope);
+    names_ui(
+        ui,
+        Rect::from_min_size(pos2(x, at.top()), vec2(names_width, at.height())),
+        &head.names,
+        &head.scan,
+        scope,
+    );
     if with_counts {
         x = rule(ui, x + names_width + 12.0, at, theme.stroke);
         counts_ui(ui, pos2(x, at.center().y), &head.counts, scope);
@@ -115,12 +147,13 @@ fn names_width(ui: &Ui, [first, second]: &[String; 2]) -> f32 {
 }
 
 /// Two lines: the part's name; scan, side, margin and inliers.
-fn names_ui(ui: &mut Ui, at: Rect, [name, scan]: &[String; 2], scope: &Scope) {
+fn names_ui(ui: &mut Ui, at: Rect, [name, fit]: &[String; 2], scan: &str, scope: &Scope) {
     let theme = scope.theme;
     let first = Rect::from_min_size(pos2(at.left(), at.center().y - 22.0), vec2(at.width(), 22.0));
     write::line(ui, first, Align2::LEFT_CENTER, name, fonts::semibold(size::BAR), theme.text);
     let below = Rect::from_min_size(pos2(at.left(), at.center().y + 3.0), vec2(at.width(), 20.0));
-    write::line(ui, below, Align2::LEFT_CENTER, scan, fonts::regular(size::TABLE), theme.quiet);
+    let fit = write::with_name_in(ui, fit, scan, &fonts::regular(size::TABLE), below.width());
+    write::line(ui, below, Align2::LEFT_CENTER, &fit, fonts::regular(size::TABLE), theme.quiet);
 }
 
 fn names(part: &FinishedPart, words: &Words) -> [String; 2] {
@@ -235,15 +268,16 @@ fn lamps_ui(ui: &mut Ui, at: Rect, looked: Looked, scope: &mut Scope) -> f32 {
 /// One lamp; those from before this start are smaller.
 fn lamp_ui(ui: &mut Ui, at: Rect, lamp: Looked, looked_at: bool, scope: &Scope) -> bool {
     let (theme, words, facts) = (scope.theme, scope.words, scope.facts);
-    let (sign, name, said) = match lamp {
+    let (sign, hollow, name, said) = match lamp {
         Looked::Part(k) => {
             let part = &facts.parts[k];
             let sign = Sign::of(&part.result);
-            (sign, part.short_name(), format!("{}, {}", sign.word(words), part_words(part, words)))
+            (sign, false, part.short_name(), format!("{}, {}", sign.word(words), part_words(part, words)))
         }
         Looked::Earlier(k) => {
             let earlier = &facts.earlier_results()[k];
-            (Sign::of_stored(&earlier.stored.outcome), earlier.short_name(), earlier_words(earlier, words))
+            let hollow = earlier.is_vouched_for() && facts.is_of_another_plan(earlier);
+            (Sign::of_earlier(earlier), hollow, earlier.short_name(), earlier_words(earlier, hollow, words))
         }
     };
     let response = ui.interact(at, ui.scope_id().with(("lamp", lamp, &name)), Sense::click());
@@ -254,7 +288,11 @@ fn lamp_ui(ui: &mut Ui, at: Rect, lamp: Looked, looked_at: bool, scope: &Scope) 
         ui.painter().rect(at, CornerRadius::same(4), fill, frame, StrokeKind::Inside);
     }
     let side = if matches!(lamp, Looked::Part(_)) { 15.0 } else { 10.0 };
-    sign.paint(ui.painter(), Rect::from_center_size(pos2(at.center().x, at.top() + 15.0), vec2(side, side)), theme);
+    let place = Rect::from_center_size(pos2(at.center().x, at.top() + 15.0), vec2(side, side));
+    match hollow {
+        true => sign.paint_hollow(ui.painter(), place, theme),
+        false => sign.paint(ui.painter(), place, theme),
+    }
     let digits: String = name.chars().filter(char::is_ascii_digit).collect();
     let short = if digits.len() >= 2 { digits[digits.len() - 2..].to_owned() } else { tail(&name, 2) };
     let colour = if matches!(lamp, Looked::Part(_)) { theme.text } else { theme.quiet };
@@ -265,7 +303,8 @@ fn lamp_ui(ui: &mut Ui, at: Rect, lamp: Looked, looked_at: bool, scope: &Scope) 
 }
 
 /// A result from before this start in words.
-pub fn earlier_words(earlier: &Earlier, words: &Words) -> String {
-    let verdict = Sign::of_stored(&earlier.stored.outcome).word(words);
-    words.fill("results.earlier_lamp", &[("verdict", verdict), ("scan", &earlier.short_name())])
+fn earlier_words(earlier: &Earlier, other_plan: bool, words: &Words) -> String {
+    let verdict = Sign::of_earlier(earlier).word(words);
+    let key = if other_plan { "results.earlier_lamp_other" } else { "results.earlier_lamp" };
+    words.fill(key, &[("verdict", verdict), ("scan", &earlier.short_name())])
 }

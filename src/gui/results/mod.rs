@@ -267,7 +267,7 @@ fn measured_ui(
     }
     if !narrow || view.tab == Tab::Points {
         let columns = Columns::in_width(places.table.width());
-        if let Some(k) = table::table_ui(ui, places.table, points, &mut view.table, columns, scope) {
+        if let Some(k) = table::table_ui(ui, places.table, (points, true), &mut view.table, columns, scope) {
             // A click on the chosen row flies there again.
             view.visited = None;
             scope.ask(Action::ChoosePoint(Some(k)));

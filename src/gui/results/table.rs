@@ -43,11 +43,11 @@ pub struct TableView {
     scrolled_to: Option<usize>,
 }
 
-/// Draws title, filter and table into a card. Returns the point that was clicked.
+/// Draws title, filter and table into a card. Points of a file that nothing vouches for have no verdict. Returns the point that was clicked.
 pub fn table_ui(
     ui: &mut Ui,
     at: Rect,
-    points: &[PointResult],
+    (points, vouched_for): (&[PointResult], bool),
     view: &mut TableView,
     columns: Columns,
     scope: &mut Scope,
@@ -78,7 +78,7 @@ pub fn table_ui(
             body.rows(ROW, order.len(), |mut row| {
                 let k = order[row.index()];
                 row.set_selected(chosen == Some(k));
-                if point_row(&mut row, &points[k], columns, words, theme) {
+                if point_row(&mut row, (&points[k], vouched_for), columns, words, theme) {
                     clicked = Some(k);
                 }
             });
@@ -199,21 +199,23 @@ fn head_cell(ui: &mut Ui, text: &str, by: Option<SortBy>, order: &mut Order, the
 
 fn point_row(
     row: &mut TableRow<'_, '_>,
-    point: &PointResult,
+    (point, vouched_for): (&PointResult, bool),
     columns: Columns,
     words: &crate::gui::text::Words,
     theme: &Theme,
 ) -> bool {
+    let sign = if vouched_for { Sign::from(point.verdict) } else { Sign::Untrusted };
     let text = |ui: &mut Ui, text: &str, font: egui::FontId, colour: Color32| {
         ui.add(egui::Label::new(RichText::new(text).font(font).color(colour)).truncate().selectable(false));
     };
     let (mono, quiet) = (fonts::mono(size::TABLE), theme.quiet);
     row.col(|ui| {
         let place = Rect::from_center_size(ui.max_rect().center() + vec2(3.0, 0.0), vec2(16.0, 16.0));
-        Sign::from(point.verdict).paint(ui.painter(), place, theme);
+        sign.paint(ui.painter(), place, theme);
     });
     let value = numbers::deviation(point, words);
-    let said = format!("{}, {}, {value}", point.name, verdict_word(point.verdict, words));
+    let verdict = if vouched_for { verdict_word(point.verdict, words) } else { sign.word(words) };
+    let said = format!("{}, {verdict}, {value}", point.name);
     let mut chosen = false;
     row.col(|ui| {
         text(ui, &point.name, mono.clone(), theme.text);
@@ -234,14 +236,15 @@ fn point_row(
         number(row, &numbers::limit(point, point.upper_mm, words), quiet);
         number(row, &numbers::uncertainty(point, words), quiet);
     }
-    row.col(|ui| ratio_bar(ui, point, theme));
+    let colour = if vouched_for { theme.verdict(point.verdict) } else { theme.strong_stroke };
+    row.col(|ui| ratio_bar(ui, point, colour, theme));
     chosen || row.response().clicked()
 }
 
 /// The bar ends at 150 %; its tick is the limit.
 const BAR_END: f64 = 1.5;
 
-fn ratio_bar(ui: &mut Ui, point: &PointResult, theme: &Theme) {
+fn ratio_bar(ui: &mut Ui, point: &PointResult, colour: Color32, theme: &Theme) {
     let all = ui.max_rect();
     let bar =
         Rect::from_min_max(pos2(all.left(), all.center().y - 4.0), pos2(all.right() - 56.0, all.center().y + 4.0));
@@ -251,7 +254,7 @@ fn ratio_bar(ui: &mut Ui, point: &PointResult, theme: &Theme) {
         painter.rect_filled(bar, CornerRadius::same(1), theme.raised);
         let share = if ratio.is_finite() { (ratio / BAR_END).clamp(0.0, 1.0) } else { 1.0 };
         let filled = bar.with_max_x(bar.left() + bar.width() * share as f32);
-        painter.rect_filled(filled, CornerRadius::same(1), theme.verdict(point.verdict));
+        painter.rect_filled(filled, CornerRadius::same(1), colour);
     }
     painter.vline(tick, all.center().y - 7.0..=all.center().y + 7.0, Stroke::new(2.0, theme.text));
     let at = pos2(all.right() - 8.0, all.center().y);

@@ -25,21 +25,24 @@ pub fn why_ui(
     scope: &mut Scope,
 ) {
     let (theme, words) = (scope.theme, scope.words);
-    card_ui(ui, at, ("why", point), scope, |ui, point| {
+    card_ui(ui, at, ("why", point, true), scope, |ui, point| {
         body_ui(ui, (part, of, point), sections, words, theme);
     });
 }
 
 /// Draws the card of a point as it was written earlier: what stands in its file, without gates and section.
-pub fn stored_ui(ui: &mut Ui, at: Rect, point: Option<&PointResult>, scope: &Scope) {
-    card_ui(ui, at, ("stored why", point), scope, |ui, point| stored_body_ui(ui, point, scope));
+/// Of a file that nothing vouches for, the numbers alone.
+pub fn stored_ui(ui: &mut Ui, at: Rect, point: Option<&PointResult>, vouched_for: bool, scope: &Scope) {
+    card_ui(ui, at, ("stored why", point, vouched_for), scope, |ui, point| {
+        stored_body_ui(ui, point, vouched_for, scope);
+    });
 }
 
 /// The frame of a card: the point's name and verdict above `body_ui`, which scrolls; without a point, what to do to see one.
 fn card_ui(
     ui: &mut Ui,
     at: Rect,
-    (name, point): (&str, Option<&PointResult>),
+    (name, point, vouched_for): (&str, Option<&PointResult>, bool),
     scope: &Scope,
     body_ui: impl FnOnce(&mut Ui, &PointResult),
 ) {
@@ -52,7 +55,7 @@ fn card_ui(
         return;
     };
     let head = inner.with_max_y(inner.top() + 28.0);
-    head_ui(ui, head, point, words, theme);
+    head_ui(ui, head, point, vouched_for, scope);
     let body = inner.with_min_y(head.bottom() + 6.0);
     let builder = egui::UiBuilder::new().max_rect(body).layout(Layout::top_down(Align::Min));
     ui.scope_builder(builder, |ui| {
@@ -63,11 +66,16 @@ fn card_ui(
     });
 }
 
-fn stored_body_ui(ui: &mut Ui, point: &PointResult, scope: &Scope) {
+fn stored_body_ui(ui: &mut Ui, point: &PointResult, vouched_for: bool, scope: &Scope) {
     let (theme, words) = (scope.theme, scope.words);
-    ui.add(Label::new(RichText::new(sentence::of_point(point, words)).size(size::BODY)).wrap());
-    ui.add_space(6.0);
-    number_line_ui(ui, point, words, theme);
+    if vouched_for {
+        ui.add(Label::new(RichText::new(sentence::of_point(point, words)).size(size::BODY)).wrap());
+        ui.add_space(6.0);
+        number_line_ui(ui, point, words, theme);
+    } else {
+        let text = words.text("results.untrusted_point");
+        ui.add(Label::new(RichText::new(text).size(size::BODY)).wrap());
+    }
     if let Some(m) = &point.measurement {
         budget_ui(ui, &m.budget, m.uncertainty_mm, words, theme);
     }
@@ -77,19 +85,18 @@ fn stored_body_ui(ui: &mut Ui, point: &PointResult, scope: &Scope) {
     ui.add(Label::new(rest).wrap());
 }
 
-fn head_ui(ui: &mut Ui, head: Rect, point: &PointResult, words: &Words, theme: &Theme) {
+fn head_ui(ui: &mut Ui, head: Rect, point: &PointResult, vouched_for: bool, scope: &Scope) {
+    let (theme, words) = (scope.theme, scope.words);
+    let sign = if vouched_for { Sign::from(point.verdict) } else { Sign::Untrusted };
+    let verdict = if vouched_for { verdict_word(point.verdict, words) } else { sign.word(words) };
     let place = Rect::from_min_size(head.min + vec2(0.0, 3.0), vec2(22.0, 22.0));
-    Sign::from(point.verdict).paint(ui.painter(), place, theme);
-    let title = format!(
-        "{}, {}, {}",
-        point.name,
-        words.noun_within(words.text(kind_key(point.kind))),
-        verdict_word(point.verdict, words).to_lowercase()
-    );
+    sign.paint(ui.painter(), place, theme);
+    let title =
+        format!("{}, {}, {}", point.name, words.noun_within(words.text(kind_key(point.kind))), verdict.to_lowercase());
     let copy = head.with_min_x(head.right() - 90.0);
     let line = Rect::from_min_max(head.min + vec2(32.0, 0.0), head.max - vec2(98.0, 0.0));
     write::line(ui, line, Align2::LEFT_CENTER, &title, fonts::semibold(size::BAR), theme.text);
-    if ui.put(copy, egui::Button::new(words.text("results.copy"))).clicked() {
+    if vouched_for && ui.put(copy, egui::Button::new(words.text("results.copy"))).clicked() {
         ui.ctx().copy_text(as_text(point, words));
     }
 }

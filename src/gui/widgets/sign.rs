@@ -5,6 +5,7 @@ use crate::gui::text::Words;
 use crate::gui::theme::Theme;
 use crate::inspect::{InspectionResult, Outcome, Verdict};
 use crate::report::stored::StoredOutcome;
+use crate::worker::earlier::Earlier;
 use egui::{Align2, Color32, CornerRadius, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, pos2, vec2};
 
 /// What a sign stands for.
@@ -26,6 +27,8 @@ pub enum Sign {
     None,
     /// Ring with a play mark: no part yet.
     Ready,
+    /// Ring struck through: what a file says that nothing vouches for.
+    Untrusted,
 }
 
 impl From<Verdict> for Sign {
@@ -48,9 +51,10 @@ impl Sign {
         }
     }
 
-    /// The sign of a part by a result from before.
-    pub fn of_stored(outcome: &StoredOutcome) -> Self {
-        match outcome {
+    /// The sign of a part by a result from before; no verdict of a file that is not as it was written.
+    pub fn of_earlier(earlier: &Earlier) -> Self {
+        match &earlier.stored.outcome {
+            _ if !earlier.is_vouched_for() => Sign::Untrusted,
             StoredOutcome::Measured(inspection) => inspection.verdict.into(),
             StoredOutcome::Refused(_) => Sign::Refused,
         }
@@ -67,6 +71,7 @@ impl Sign {
             Sign::Running => "verdict.running",
             Sign::None => "verdict.none",
             Sign::Ready => "verdict.ready",
+            Sign::Untrusted => "verdict.untrusted",
         })
     }
 
@@ -79,7 +84,7 @@ impl Sign {
             Sign::NotMeasured | Sign::Refused => theme.unmeasured,
             Sign::Running => theme.accent,
             Sign::None => theme.stroke,
-            Sign::Ready => theme.strong_stroke,
+            Sign::Ready | Sign::Untrusted => theme.strong_stroke,
         }
     }
 
@@ -100,7 +105,7 @@ impl Sign {
             Sign::Fail => theme.fail_fill,
             Sign::Undecided => theme.undecided_fill,
             Sign::NotMeasured | Sign::Refused => theme.unmeasured_fill,
-            Sign::Running | Sign::None | Sign::Ready => theme.panel,
+            Sign::Running | Sign::None | Sign::Ready | Sign::Untrusted => theme.panel,
         }
     }
 
@@ -146,6 +151,45 @@ impl Sign {
             Sign::Ready => {
                 painter.circle_stroke(centre, 0.94 * r, Stroke::new(0.11 * r, colour));
                 play(painter, centre, 0.42 * r, colour);
+            }
+            Sign::Untrusted => {
+                let stroke = Stroke::new(0.16 * r, colour);
+                painter.circle_stroke(centre, 0.88 * r, stroke);
+                let half = 0.62 * r * vec2(1.0, -1.0);
+                painter.line_segment([centre - half, centre + half], stroke);
+            }
+        }
+    }
+
+    /// Paints its outline alone, without a verdict's colour: a verdict that was given by another plan than the one at hand.
+    pub fn paint_hollow(self, painter: &Painter, place: Rect, theme: &Theme) {
+        let r = 0.5 * place.width().min(place.height());
+        let (centre, colour) = (place.center(), theme.quiet);
+        let thin = Stroke::new((0.12 * r).max(1.0), colour);
+        match self {
+            Sign::Pass => {
+                painter.circle_stroke(centre, 0.92 * r, thin);
+                check(painter, centre, 0.8 * r, colour);
+            }
+            Sign::Fail => {
+                painter.add(Shape::closed_line(octagon(centre, 0.92 * r), thin));
+                let [a, b] = [0.3 * r * vec2(1.0, 1.0), 0.3 * r * vec2(1.0, -1.0)];
+                painter.line_segment([centre - a, centre + a], thin);
+                painter.line_segment([centre - b, centre + b], thin);
+            }
+            Sign::Undecided => {
+                let corners = [vec2(0.0, -r), vec2(r, 0.0), vec2(0.0, r), vec2(-r, 0.0)].map(|v| centre + 0.92 * v);
+                painter.add(Shape::closed_line(corners.to_vec(), thin));
+                painter.text(centre, Align2::CENTER_CENTER, "?", fonts::bold(r), colour);
+            }
+            Sign::Refused => {
+                let corners = [vec2(0.0, -0.94), vec2(1.0, 0.84), vec2(-1.0, 0.84)].map(|v| centre + 0.92 * r * v);
+                painter.add(Shape::closed_line(corners.to_vec(), thin));
+                exclamation(painter, centre + vec2(0.0, 0.2 * r), 0.8 * r, colour);
+            }
+            // These have neither a filled form nor a verdict's colour.
+            Sign::NotMeasured | Sign::Running | Sign::None | Sign::Ready | Sign::Untrusted => {
+                self.paint(painter, place, theme);
             }
         }
     }

@@ -99,3 +99,37 @@ fn an_empty_results_screen_leads_to_what_was_before() {
     window.click("Show 2 earlier results");
     assert!(window.app().view().earlier == Some(1) && window.says("no verdict of now"));
 }
+
+/// What nothing vouches for has no verdict anywhere, a plain lamp is of the plan at hand, and a scan that is inspected again has the verdict of now.
+#[test]
+fn results_that_nothing_vouches_for_show_no_verdict_and_those_of_another_plan_say_so() {
+    let project = inspected_before();
+    let json = String::from_utf8(project.read("results/1.json")).expect("text");
+    project.write("results/1.json", json.replacen("\"points_read\": ", "\"points_read\": 1", 1).as_bytes());
+    let cut = project.read("results/2.json");
+    project.write("results/2.json", &cut[..cut.len() / 2]);
+    let mut window = opened(&project, [1280.0, 800.0]);
+    assert!(window.shows("Earlier: Not trusted, 1") && !window.says("Earlier: Fail"));
+    assert!(window.shows("1 results file cannot be read"));
+    window.ask(Action::ChooseEarlier(0));
+    window.harness.run_steps(3);
+    assert!(window.shows("Not trusted") && !window.shows("Fail") && !window.says("in tolerance"), "the header");
+    for verdict in [", Fail,", ", Pass,", ", Undecided,", "3 out"] {
+        assert!(!window.says(verdict), "{verdict}");
+    }
+    window.ask(Action::ChoosePoint(Some(0)));
+    window.harness.run_steps(3);
+    assert!(window.says("Nothing vouches for what the file says"));
+    window.click("Inspect this scan again");
+    window.wait("it is inspected again", |app| app.facts().again.is_some());
+    window.harness.run_steps(2);
+    assert!(window.shows("Fail") && window.shows("Inspected again, as of now") && window.shows("3 out"));
+
+    let project = inspected_before();
+    project.change_plan(&[("revision = \"C\"", "revision = \"D\"")]);
+    let mut window = opened(&project, [1280.0, 800.0]);
+    assert!(window.shows("Earlier, by another state of the plan: Fail, 1"));
+    window.ask(Action::ChooseEarlier(0));
+    window.harness.run_steps(3);
+    assert!(window.shows("Earlier, by another plan") && window.says("revision C then, revision D now"));
+}
