@@ -93,8 +93,8 @@ pub(super) fn for_files(files: Vec<PathBuf>, fresh: bool) -> Action {
     // Without a plan nobody has said yet what is what: a PLY of triangles is the CAD, unless there is another one.
     let mesh = |path: &&PathBuf| fresh && ending(path) == "ply" && ply_has_faces(path);
     let cad = cad.or_else(|| files.iter().find(mesh).cloned());
-    let scans = files.iter().filter(|path| SCANS.contains(&&*ending(path)) && Some(*path) != cad.as_ref());
-    let scan = scans.cloned().next();
+    let mut scans = files.iter().filter(|path| SCANS.contains(&&*ending(path)) && Some(*path) != cad.as_ref());
+    let scan = scans.next().cloned();
     if cad.is_some() || (fresh && scan.is_some()) {
         return Action::NewPlan(Command::Start { cad, scan });
     }
