@@ -142,7 +142,7 @@ const COLUMNS: [Column; 7] = [
         row.agreement.map_or_else(|| NONE.to_owned(), |a| figures::percent(a, words))
     }),
     ("rms", 52.0, |row, unit, words| of_length(row.rms, unit, words)),
-    ("merge.moved", 70.0, |row, unit, words| of_length(row.moved, unit, words)),
+    ("merge.moved", 60.0, |row, unit, words| of_length(row.moved, unit, words)),
     ("u", 48.0, |row, unit, words| of_length(row.place_u, unit, words)),
 ];
 
@@ -228,7 +228,7 @@ fn head_ui(ui: &mut Ui, at: Rect, columns: &[&Column], unit: LengthUnit, scope: 
             key => words.text(key).to_owned(),
         };
         let place = Rect::from_min_max(pos2(right - wide + 4.0, lower.top()), pos2(right, lower.bottom()));
-        let points = write::fitting_size(ui, &text, fonts::semibold, place.width(), size::NOTE, 11.0);
+        let points = write::fitting_size(ui, &text, fonts::semibold, place.width(), size::NOTE, 10.0);
         write::line(ui, place, Align2::RIGHT_CENTER, &text, FontId::new(points, font.family.clone()), theme.quiet);
         if COUNTS.contains(key) {
             counts = Some(counts.map_or(place, |all| all.union(place)));
@@ -296,4 +296,19 @@ fn said(row: &Row, words: &Words) -> String {
     }
     let [read, kept, cloud] = [row.read, row.kept, row.cloud].map(|n| count(n, words));
     words.fill("merge.row", &[("view", &short(&row.name)), ("read", &read), ("kept", &kept), ("cloud", &cloud)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gui::merge::layout::places;
+
+    #[test]
+    fn a_window_of_1920_shows_how_far_views_agree() {
+        let all = Rect::from_min_max(pos2(0.0, 72.0), pos2(1920.0, 1044.0));
+        let card = places(all, false, wish(7)).views;
+        // Less the margins of the card and of its rows.
+        let keys: Vec<&str> = columns(card.width() - 26.0 - 24.0).iter().map(|column| column.0).collect();
+        assert_eq!(keys, ["merge.read", "merge.kept", "merge.in_cloud", "merge.agreement", "rms", "merge.moved"]);
+    }
 }
