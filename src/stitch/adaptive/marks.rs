@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn what_has_no_mark_is_told_over_the_bounds_of_words() {
         let marks = Marks::none(200);
-        let marked = |k: usize| k % 3 == 0 || (60..70).contains(&k);
+        let marked = |k: usize| k.is_multiple_of(3) || (60..70).contains(&k);
         marks.set((0..200).filter(|k| marked(*k)));
         for from in 0..200 {
             assert_eq!(marks.has(from), marked(from));
