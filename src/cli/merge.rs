@@ -49,7 +49,7 @@ pub(super) struct MergeArguments {
     ///
     /// A view of N points with M metrics takes (24 + 4 M) N bytes, and merging two of the largest for each thread at least: some 170 MiB for views of
     /// a million points with five metrics on two cores, some 6 MiB for views of 36,000 points. A limit that is too small is refused once the views are
-    /// ready, with the size that they take: give more than that, use fewer --threads, tighten [mask], or ask for [density]. The views that are ready
+    /// ready, with the size that they take: give more than that, use fewer --threads, tighten the masks, or ask for the density step. The views that are ready
     /// stay, and the same command with a larger limit goes on with them. The limit does not count the program itself (some 20 MiB), the view that is
     /// being read, and what registration knows of surfaces.
     #[arg(long, value_name = "SIZE", value_parser = bytes, verbatim_doc_comment)]
