@@ -21,6 +21,7 @@ use crate::worker::{
     self, Examiner, NoTrial, SequenceRequest, SequenceSummary, StopSwitch, Trial, check_plan, prepare_part,
     run_sequence,
 };
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -302,7 +303,8 @@ fn came_meanwhile(before: &[Listed], now: &[Listed], plan: &Plan) -> Vec<PathBuf
         let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         file.path.parent() == Some(&plan.output.path) && results.hash_of(&name).is_some()
     };
-    let came = now.iter().filter(|file| !before.contains(file) && !is_ours(file));
+    let before: BTreeMap<&PathBuf, &Listed> = before.iter().map(|file| (&file.path, file)).collect();
+    let came = now.iter().filter(|file| before.get(&file.path) != Some(file) && !is_ours(file));
     came.map(|file| file.path.clone()).collect()
 }
 

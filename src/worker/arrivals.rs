@@ -177,9 +177,9 @@ impl Sequence<'_> {
     fn give_up_what_is_gone(&self, listing: &[Listed], watcher: &mut Watcher, summary: &mut SequenceSummary) {
         let is_there = |path: &PathBuf| listing.iter().any(|file| file.path == *path);
         // Many a scanner writes under another name first: one that comes now is that part.
-        let is_renamed = listing.iter().any(|file| watcher.folder.is_new(&file.path));
+        let is_renamed = || listing.iter().any(|file| watcher.folder.is_new(&file.path));
         for (scan, why) in watcher.unfinished.extract_if(.., |path, _| !is_there(path)) {
-            if is_renamed {
+            if is_renamed() {
                 (self.listener)(Event::LeftAlone { scan });
                 continue;
             }
